@@ -95,8 +95,8 @@ class ScriptRuns:
         with border(Unsupported, Unsupported):
             self.stepper.put(_stepper_state(script.start, self.model))
             for k, control in enumerate(script.controls):
-                at = f"{(k + 1) * script.period:.3g} s"
-                why = f"diverged within {at}"
+                end_of_period = f"{(k + 1) * script.period:.3g} s"
+                why = f"diverged within {end_of_period}"
                 with suppress(Diverged):
                     self.stepper.advance(np.tile(control, (self.parts, 1)), self.parts)
                     numbers = numbers_of(self.stepper.state())
@@ -105,7 +105,7 @@ class ScriptRuns:
                     break
                 why = ""
                 if time.thread_time() - self.begin > self.seconds:
-                    raise Unsupported(f"{self.seconds:g} s were enough for {at}")
+                    raise Unsupported(f"{self.seconds:g} s were enough for {end_of_period}")
         return Stepped(step, states, time.thread_time() - begin, why)
 
     def product(self, script: Script) -> RunDerivatives:

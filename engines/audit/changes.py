@@ -45,16 +45,16 @@ def changes(old: Stored, new: Stored) -> tuple[AuditChange, ...]:
     as none."""
     if "fields" not in old:
         return (AuditChange("audit", f"none: {old['why']}", "there is one"),)
-    was = _settings(old)
-    now = _settings(new)
+    old_settings = _settings(old)
+    new_settings = _settings(new)
     if not _measured_alike(old, new):
-        now["worst_body"] = was["worst_body"]
+        new_settings["worst_body"] = old_settings["worst_body"]
     return (
         *_error_changes(old, new),
         *(
-            _change(name, was.get(name, ABSENT), now.get(name, ABSENT))
-            for name in dict.fromkeys((*was, *now))
-            if not _equal(was.get(name), now.get(name))
+            _change(name, old_settings.get(name, ABSENT), new_settings.get(name, ABSENT))
+            for name in dict.fromkeys((*old_settings, *new_settings))
+            if not _equal(old_settings.get(name), new_settings.get(name))
         ),
     )
 
@@ -103,40 +103,42 @@ def _error_changes(old: Stored, new: Stored) -> Iterator[AuditChange]:
     certified motion, its end, and stability."""
     ends = [audit["certified_until"] for audit in (old, new)]
     shared = min(len(audit["error_over_time"]) for audit in (old, new))
-    before, now = (_error(audit, shared) for audit in (old, new))
-    known = sum(audit["uncertainty"] or 0.0 for audit in (old, new))
+    old_error, new_error = (_error(audit, shared) for audit in (old, new))
+    uncertainty = sum(audit["uncertainty"] or 0.0 for audit in (old, new))
     alike = _measured_alike(old, new)
     if not alike:
         what = "the measure of errors, which are not compared:"
         yield _change(what, _measure(old), _measure(new))
-    elif all(ends) and abs(now - before) > known:
+    elif all(ends) and abs(new_error - old_error) > uncertainty:
         until = "" if math.isclose(*ends) else f" at {min(ends):.3g} s"
-        yield _change(f"error{until} [m]", before, now, _ratio(now, before) - 1.0)
+        yield _change(
+            f"error{until} [m]", old_error, new_error, _ratio(new_error, old_error) - 1.0
+        )
     if not math.isclose(*ends):
-        lost = math.inf if alike and ends[1] < ends[0] else None
-        yield _change("certified until [s]", ends[0], ends[1], lost)
-    elif (apart := _displacements(old, new)) and ends[0]:
-        furthest = max(sorted(apart), key=lambda body: apart[body])
-        if (distance := apart[furthest]) > known:
+        worsening = math.inf if alike and ends[1] < ends[0] else None
+        yield _change("certified until [s]", ends[0], ends[1], worsening)
+    elif (displacements := _displacements(old, new)) and ends[0]:
+        furthest = max(sorted(displacements), key=lambda body: displacements[body])
+        if (distance := displacements[furthest]) > uncertainty:
             what = f"certified {furthest} at {ends[0]:.3g} s by [m]"
-            yield _change(what, 0.0, distance, _ratio(distance, before))
+            yield _change(what, 0.0, distance, _ratio(distance, old_error))
     if old["unstable"] != new["unstable"]:
-        lost = math.inf if new["unstable"] else None
-        yield _change("unstable", old["unstable"], new["unstable"], lost)
+        worsening = math.inf if new["unstable"] else None
+        yield _change("unstable", old["unstable"], new["unstable"], worsening)
 
 
 def _displacements(old: Stored, new: Stored) -> dict[str, float]:
     """Returns {body: displacement [m]} for the bodies that both audits have. It is the displacement
     of the corner that has moved furthest, or of the centre of mass if the audits have different
     numbers of corners."""
-    apart = dict[str, float]()
+    displacements = dict[str, float]()
     for body in old["pose"].keys() & new["pose"].keys():
         centres = [[audit["pose"][body]] for audit in (old, new)]
         corners = [audit.get("corners", {}).get(body, []) for audit in (old, new)]
         for before, now in (centres, corners):
             if now and list(map(len, before)) == list(map(len, now)):
-                apart[body] = max(map(math.dist, before, now))
-    return apart
+                displacements[body] = max(map(math.dist, before, now))
+    return displacements
 
 
 def _error(audit: Stored, samples: int) -> float:

@@ -85,14 +85,16 @@ class ContactAudit:
         between the two finest steps."""
         if self.exact is not None or len(self.pasted) < 2:
             return 0.0 if self.exact is not None else math.inf
-        apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
-        return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
+        differences = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
+        return math.inf if np.isnan(differences).all() else float(np.nanmax(differences))
 
     def errors(self, run: ContactRun) -> Array:
         """Returns the errors of stopping distances [m], by heading; infinite if the body does not
         stop."""
-        apart = run.distances - self.distances
-        return np.where(np.isnan(run.distances) & ~np.isnan(self.distances), np.inf, apart)
+        differences = run.distances - self.distances
+        return np.where(
+            np.isnan(run.distances) & ~np.isnan(self.distances), np.inf, differences
+        )
 
     def error(self, run: ContactRun) -> float:
         """Returns the largest error of a stopping distance [m]; NaN if none is known."""
@@ -102,8 +104,12 @@ class ContactAudit:
     def dependence(self, run: ContactRun) -> float:
         """Returns the largest less the smallest stopping distance over their mean, for the headings
         at which the distance is determined; NaN if the body does not stop."""
-        these = run.distances[list(self.determined)]
-        return float((these.max() - these.min()) / these.mean()) if these.size else math.nan
+        distances = run.distances[list(self.determined)]
+        return (
+            float((distances.max() - distances.min()) / distances.mean())
+            if distances.size
+            else math.nan
+        )
 
     def predicted(self, run: ContactRun) -> Array | None:
         """Returns the predicted errors of stopping distances on the pasted contacts [m], by
@@ -185,31 +191,40 @@ def _slides_at_halved_steps(
     standing = model.standing
     runs = list[ContactRun]()
     duration = _run_length(standing, speed)
-    most = max(standing.friction)
+    largest_friction = max(standing.friction)
     push = PUSH * float(np.mean(standing.friction)) * standing.gravity
     upright = Stance(standing.points, standing.height)
-    for k in range(HALVINGS + 1):
-        step = model.step / 2**k
+    for halvings in range(HALVINGS + 1):
+        step = model.step / 2**halvings
         try:
             floor = getattr(model, kind)(step)
-            if more := set(floor.feet) ^ set(standing.feet):
+            if differing := set(floor.feet) ^ set(standing.feet):
                 raise NotCertifiable(
-                    f"at {step:g} s other geoms touch ({', '.join(sorted(more))})"
+                    f"at {step:g} s other geoms touch ({', '.join(sorted(differing))})"
                 )
         except NotCertifiable as reason:
             return tuple(runs), (f"{kind} contacts: {reason}",)
         stance = Stance(floor.points[:, :2], -float(floor.points[:, 2].mean()))
-        pushed = [h for h in HEADINGS[::2] if not k and upright.slides(PUSH * most, h)]
-        slides = [floor.slide(h, speed, 0.0, duration) for h in HEADINGS]
+        pushed = [
+            heading
+            for heading in HEADINGS[::2]
+            if not halvings and upright.slides(PUSH * largest_friction, heading)
+        ]
+        slides = [floor.slide(heading, speed, 0.0, duration) for heading in HEADINGS]
         runs.append(
             ContactRun(
                 step,
                 np.array([s.along if s.rests else np.nan for s in slides]),
                 max(abs(s.turn) for s in slides),
                 floor.slide(TURN_HEADING, speed, spin, LONGER * duration),
-                max((floor.drift(h, push, PUSHED) for h in pushed), default=None),
-                np.array([stance.tilt(h) for h in HEADINGS]),
-                np.array([stance.slides(model.overshoot * most, h) for h in HEADINGS]),
+                max((floor.drift(heading, push, PUSHED) for heading in pushed), default=None),
+                np.array([stance.tilt(heading) for heading in HEADINGS]),
+                np.array(
+                    [
+                        stance.slides(model.overshoot * largest_friction, heading)
+                        for heading in HEADINGS
+                    ]
+                ),
             )
         )
     return tuple(runs), ()
@@ -256,17 +271,17 @@ def theoretical_turn(standing: Standing, speed: float, spin: float) -> float:
     [rad/s], by the theory of three points."""
     first, second, third = ((float(p[0]), float(p[1])) for p in standing.points)
     # Half of the mass is at the centre of mass, as the body is no point mass
-    half = standing.mass / 2
+    half_mass = standing.mass / 2
     body = Capsule(
-        half,
-        half,
+        half_mass,
+        half_mass,
         standing.inertia,
         (first, second, third),
         standing.coefficient,
         standing.gravity,
     )
-    way = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
+    velocity = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
     motion = three_point_motion(
-        body, fixed((0.0, 0.0)), Start(velocity=way, angular_velocity=spin)
+        body, fixed((0.0, 0.0)), Start(velocity=velocity, angular_velocity=spin)
     )
     return float(motion.at(np.array([motion.rest_time])).heading[0])

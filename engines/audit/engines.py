@@ -135,8 +135,8 @@ def with_engines(
         Path(file), audit.model, audit.script, audit.reference, count, seconds
     )
     tasks = [
-        Task(n, engine_error, (n, held), HANGS + 4 * seconds, label=n)
-        for n in dict.fromkeys(names)
+        Task(name, engine_error, (name, held), HANGS + 4 * seconds, label=name)
+        for name in dict.fromkeys(names)
     ]
     with Workers(1) as workers:
         rows = [
@@ -192,31 +192,31 @@ def engine_error(name: str, held: CertifiedMotion) -> EngineError:
 
 def file_error(engine: Engine, held: CertifiedMotion) -> EngineError:
     """Returns the error of an engine that runs files. Raises the errors of its reader."""
-    runs = engine.ability(RunsFiles)
-    assert runs is not None
-    peer = runs.load(held.file, held.model.layout, held.model.step)
+    reader = engine.ability(RunsFiles)
+    assert reader is not None
+    peer = reader.load(held.file, held.model.layout, held.model.step)
     integrators = held.model.integrator, peer.integrator
     looks = look_at_states(peer, held)
-    apart = tuple(term_differences(engine, looks, held, runs.precision, integrators))
+    differing = tuple(term_differences(engine, looks, held, reader.precision, integrators))
     states, why = _run(peer, held)
-    mujoco = held.model.stepped(held.script, peer.integrator, held.parts).states
+    mujoco_states = held.model.stepped(held.script, peer.integrator, held.parts).states
     rounding = math.nan
-    from_mujoco = largest_displacement(held.model, states, mujoco)
-    if runs.precision > EXACT:
-        rounded = held.model.stepped(
+    from_mujoco = largest_displacement(held.model, states, mujoco_states)
+    if reader.precision > EXACT:
+        rounded_states = held.model.stepped(
             held.script, peer.integrator, held.parts, single=True
         ).states
-        rounding = largest_displacement(held.model, rounded, mujoco)
+        rounding = largest_displacement(held.model, rounded_states, mujoco_states)
         by_rounding = from_mujoco <= BEYOND * rounding
-        cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
-        apart = apart or (TermDifference(*cause),)
+        cause = (SINGLE, reader.precision) if by_rounding else (STEP, SAME_STEP, MORE)
+        differing = differing or (TermDifference(*cause),)
     result = EngineError(
         engine.name,
         version_of(engine),
         why,
         held.errors(states),
-        float(held.errors(mujoco)[-1]),
-        apart,
+        float(held.errors(mujoco_states)[-1]),
+        differing,
         rounding=rounding,
         apart=from_mujoco,
         state_errors=state_errors(held.model, held.states, states),
@@ -246,19 +246,23 @@ def _with_corrections(
 ) -> EngineError:
     """Returns the result with the errors after correcting the first term and after correcting all
     terms that can be, and with the difference that then remains."""
-    right = [difference.term for difference in result.differences if difference.term in TERMS]
-    if not right:
+    correctable = [
+        difference.term for difference in result.differences if difference.term in TERMS
+    ]
+    if not correctable:
         return result
     integrators = held.model.integrator, peer.integrator
-    first, late = _run(peer, held, right[:1])
-    every, later = _run(peer, held, right) if right[1:] else (first, late)
-    errors = (float(held.errors(states)[-1]) for states in (first, every))
+    first_states, first_end = _run(peer, held, correctable[:1])
+    all_states, all_end = (
+        _run(peer, held, correctable) if correctable[1:] else (first_states, first_end)
+    )
+    errors = (float(held.errors(states)[-1]) for states in (first_states, all_states))
     return replace(
         result,
-        why=result.why or late or later,
+        why=result.why or first_end or all_end,
         differences=(
             *result.differences,
-            *step_differences(_corrected_looks(looks, peer, held, right), integrators),
+            *step_differences(_corrected_looks(looks, peer, held, correctable), integrators),
         ),
         first_right=next(errors),
         all_right=next(errors),
@@ -273,8 +277,8 @@ def _corrected_looks(
     velocity = held.model.layout.velocity
 
     def acceleration(look: Look) -> Array:
-        moved = Script(look.state, step, look.control[None])
-        one_step = replace(held, script=moved, states=look.state[None])
+        start = Script(look.state, step, look.control[None])
+        one_step = replace(held, script=start, states=look.state[None])
         after = _run(peer, one_step, right)[0][1]
         return np.asarray(after[velocity] - look.state[velocity]) / step
 
@@ -306,11 +310,11 @@ def _run(
                 force = _correcting_force(terms, peer, state, control, right, held.model.step)
             state = peer.advance(control, force, parts // calls)
         states[k + 1, : state.size] = state
-        at = f"{(k + 1) * script.period:.3g} s"
+        end = f"{(k + 1) * script.period:.3g} s"
         if not np.isfinite(state).all() or np.abs(state).max() > DIVERGED:
-            return states, f"it diverges within {at}"
+            return states, f"it diverges within {end}"
         if time.process_time() > ends:
-            return states, f"{held.seconds:g} s were enough for {at}"
+            return states, f"{held.seconds:g} s were enough for {end}"
     return states, ""
 
 
@@ -320,11 +324,13 @@ def _correcting_force(
     """Returns the generalised force to add so that an engine's step uses the file's terms in place
     of those named in `right`. With the engine's mass matrix M_e, implicit damping D_e and force
     f_e, and the wanted M, D and f, it is (M_e + h D_e) (M + h D)^-1 f - f_e."""
-    theirs = peer.terms(state, control)
-    ours = terms(state, control)
-    chosen = {**theirs, **{name: ours[name] for name in right}}
-    implicit = theirs.get("damping", np.zeros(len(ours["gravity"])))
-    damping = ours["damping"] if "passive" in right else implicit
-    wanted = np.linalg.solve(chosen[TERMS[0]] + step * np.diag(damping), total_force(chosen))
-    inertia: Array = theirs[TERMS[0]] + step * np.diag(implicit)
-    return inertia @ wanted - total_force(theirs)
+    engine_terms = peer.terms(state, control)
+    file_terms = terms(state, control)
+    chosen = {**engine_terms, **{name: file_terms[name] for name in right}}
+    implicit = engine_terms.get("damping", np.zeros(len(file_terms["gravity"])))
+    damping = file_terms["damping"] if "passive" in right else implicit
+    acceleration = np.linalg.solve(
+        chosen[TERMS[0]] + step * np.diag(damping), total_force(chosen)
+    )
+    inertia: Array = engine_terms[TERMS[0]] + step * np.diag(implicit)
+    return inertia @ acceleration - total_force(engine_terms)

@@ -150,8 +150,8 @@ class CertifiedGradient:
     def worst(self, way: RunDerivatives) -> Entry:
         """Returns the entry with the largest error of a way."""
         assert way.computed is not None
-        off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
-        return self._entry(way, int(np.argmax(off)))
+        errors = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
+        return self._entry(way, int(np.argmax(errors)))
 
     @property
     def entries(self) -> tuple[Entry, ...]:
@@ -177,19 +177,21 @@ class CertifiedGradient:
             return float(self.norm(matrix) if place is None else matrix[row, column])
 
         exact = value(self.exact[-1])
-        computed = off = None
+        computed = error = None
         if way.computed is not None and math.isfinite(value(way.computed[-1])):
             computed = value(way.computed[-1])
-            off = value(way.computed[-1] - self.exact[-1])
-        known = self.certificate[-1] * exact if place is None else self.uncertainty[-1, column]
+            error = value(way.computed[-1] - self.exact[-1])
+        uncertainty = (
+            self.certificate[-1] * exact if place is None else self.uncertainty[-1, column]
+        )
         return {
             "of": "all" if place is None else self.of[row],
             "by": "all" if place is None else self.by[column],
             "way": way.name,
             "exact": exact,
-            "uncertainty": float(known),
+            "uncertainty": float(uncertainty),
             "computed": computed,
-            "relative_error": off / exact if off is not None and exact else None,
+            "relative_error": error / exact if error is not None and exact else None,
             "eps": way.eps,
         }
 
@@ -257,21 +259,21 @@ def _certified_derivatives(
     uncertainty = np.full((len(exact), len(by)), math.inf)
     curvatures = [0.0]
     left_out = list[str]()
-    state = len(by) - len(model.names["control"])
-    for number in (*range(state, len(by)), *range(state)):
+    first_control = len(by) - len(model.names["control"])
+    for number in (*range(first_control, len(by)), *range(first_control)):
         allowance.progress(f"derivative by {by[number]}")
         try:
-            _check_range(model, script, number - state)
-            both = [
+            _check_range(model, script, number - first_control)
+            computations = [
                 _extrapolated_difference(model, script, number, way, allowance)
                 for way in CERTIFYING
             ]
         except NotCertifiable as why:
             left_out.append(f"{by[number]}: {why}")
             continue
-        exact[..., number] = both[0][0]
-        uncertainty[:, number] = np.abs(both[0][0] - both[1][0]).max(axis=1)
-        curvatures.append(both[0][1])
+        exact[..., number] = computations[0][0]
+        uncertainty[:, number] = np.abs(computations[0][0] - computations[1][0]).max(axis=1)
+        curvatures.append(computations[0][1])
     return exact, uncertainty, max(curvatures), tuple(left_out)
 
 
@@ -369,8 +371,8 @@ def _engines_own_derivatives(
     reasons = dict[str, str]()
     for number in np.flatnonzero(known).tolist():
         scenes = [
-            scene_of(model, _shifted_script(model, script, number, by))
-            for by in (-NUDGE, 0.0, NUDGE)
+            scene_of(model, _shifted_script(model, script, number, shift))
+            for shift in (-NUDGE, 0.0, NUDGE)
         ]
         try:
             computed[-1, :, number] = own.of_mechanisms(

@@ -33,19 +33,21 @@ def free_slide(model: ContactModel, speed: float, duration: float) -> FreeSlide:
     """Returns the slide of the whole `model`, settled under its own controls, from `speed` [m/s]
     for `duration` [s]."""
     try:
-        whole, body, way = model.let_go(speed)
-        moved = script(whole, "rest", duration)
+        whole, body, axis = model.let_go(speed)
+        motion = script(whole, "rest", duration)
     except NotCertifiable as why:
         return FreeSlide(why=str(why))
-    reference = certified(whole, moved, Allowance(BUDGET))
+    reference = certified(whole, motion, Allowance(BUDGET))
     index = reference.known
-    run = whole.stepped(moved, whole.integrator, round(moved.period / whole.step))
-    gone = [
-        float((places[index, body] - places[0, body])[:3] @ way)
+    run = whole.stepped(motion, whole.integrator, round(motion.period / whole.step))
+    distances = [
+        float((places[index, body] - places[0, body])[:3] @ axis)
         for places in map(whole.poses, (run.states, reference.course.states))
     ]
-    own = gone[0] if math.isfinite(gone[0]) else None
-    until = float(moved.times[index])
+    own_distance = distances[0] if math.isfinite(distances[0]) else None
+    until = float(motion.times[index])
     if not index:
-        return FreeSlide(own=own, why=reference.why)
-    return FreeSlide(own, gone[1], float(reference.uncertainty[index]), until, reference.why)
+        return FreeSlide(own=own_distance, why=reference.why)
+    return FreeSlide(
+        own_distance, distances[1], float(reference.uncertainty[index]), until, reference.why
+    )

@@ -90,15 +90,15 @@ def known_part(reference: Certificate) -> Certificate:
     uncertainty there is less than the largest displacement so far, or no more than rounding
     causes."""
     moved_by = largest_distances(reference.corners[:1], reference.corners)
-    unknown = reference.uncertainty
-    last = int(np.flatnonzero((unknown < moved_by) | (unknown <= NOTHING))[-1])
+    uncertainty = reference.uncertainty
+    last_telling = int(np.flatnonzero((uncertainty < moved_by) | (uncertainty <= NOTHING))[-1])
     end = reference.known
-    if last >= end:
+    if last_telling >= end:
         return reference
-    why = f"known to ±{unknown[end]:.1e} m only, the motion is {moved_by[end]:.2g} m"
+    why = f"known to ±{uncertainty[end]:.1e} m only, the motion is {moved_by[end]:.2g} m"
     return replace(
         reference,
-        uncertainty=np.where(np.arange(len(unknown)) > last, math.inf, unknown),
+        uncertainty=np.where(np.arange(len(uncertainty)) > last_telling, math.inf, uncertainty),
         why="; ".join(filter(None, (why, reference.why))),
     )
 
@@ -131,14 +131,14 @@ def _layered_reference(
 ) -> tuple[Certificate | None, str]:
     """Returns the motion with contacts that begin over layers, which shrink, and the reason why one
     of the computations ended; None if one of them has no duration."""
-    asked = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
-    pace = 1 if allowance.executor is None else 2
+    computations = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
+    parallel = 1 if allowance.executor is None else 2
     courses = list[Integration]()
-    while len(courses) < len(asked):
-        seconds = allowance.left * pace / (len(asked) - len(courses))
+    while len(courses) < len(computations):
+        seconds = allowance.left * parallel / (len(computations) - len(courses))
         runs = [
             allowance.start(integration, model, script, "RK45", tolerance, seconds, width)
-            for width, tolerance in asked[len(courses) :][:pace]
+            for width, tolerance in computations[len(courses) :][:parallel]
         ]
         courses += [run() for run in runs]
         if not all(course.until > 0.0 for course in courses):
@@ -152,15 +152,17 @@ def _certificate_of_layers(
 ) -> Certificate:
     """Returns the motion with the last, narrowest, of `layers`. Its uncertainty is the sum of its
     distance from the limit and its difference from `again`, computed at another tolerance."""
-    apart = [_certificate_of_two(model, narrow, wide) for wide, narrow in pairwise(layers)]
-    last = apart[-1]
-    other = _certificate_of_two(model, layers[-1], again)
+    comparisons = [
+        _certificate_of_two(model, narrow, wide) for wide, narrow in pairwise(layers)
+    ]
+    narrowest = comparisons[-1]
+    at_other_tolerance = _certificate_of_two(model, layers[-1], again)
     return replace(
-        last,
-        uncertainty=distance_to_limit(WIDTHS, [r.uncertainty for r in apart])
-        + other.uncertainty,
+        narrowest,
+        uncertainty=distance_to_limit(WIDTHS, [r.uncertainty for r in comparisons])
+        + at_other_tolerance.uncertainty,
         widths=WIDTHS,
-        why=last.why or other.why,
+        why=narrowest.why or at_other_tolerance.why,
     )
 
 
@@ -180,11 +182,11 @@ def distance_to_limit(widths: Sequence[float], apart: Sequence[Array]) -> Array:
             power = np.interp(
                 np.nan_to_num(apart[-2] / apart[-1]), steps[-2] / steps[-1], powers
             )
-    left = [
+    bounds = [
         difference * widths[-1] ** power / (wide**power - narrow**power)
         for difference, (wide, narrow) in zip(apart, pairwise(widths), strict=True)
     ]
-    return np.asarray(np.max(left, axis=0))
+    return np.asarray(np.max(bounds, axis=0))
 
 
 class _TimeAndChatterWatch:
@@ -293,11 +295,11 @@ class _Integrator:
 
 def _certificate_of_two(model: OwnModel, best: Integration, other: Integration) -> Certificate:
     """Returns a reference from two computations, whose distance is its uncertainty."""
-    here = model.corners(best.states)
-    apart = largest_distances(here, model.corners(other.states))
-    rounding = np.finfo(float).eps * running_maximum(np.abs(here).max(axis=2))
-    apart[1:] = np.maximum(apart, rounding)[1:]
-    return Certificate(best, other, apart, here, why=best.why or other.why)
+    corners = model.corners(best.states)
+    uncertainty = largest_distances(corners, model.corners(other.states))
+    rounding = np.finfo(float).eps * running_maximum(np.abs(corners).max(axis=2))
+    uncertainty[1:] = np.maximum(uncertainty, rounding)[1:]
+    return Certificate(best, other, uncertainty, corners, why=best.why or other.why)
 
 
 def largest_distances(here: Array, there: Array) -> Array:

@@ -188,11 +188,12 @@ def _uncertainty(
     largest distance so far from the other computation, times the factor by which the uncertainty of
     the reference exceeds the displacements between the two computations."""
     states = reference.confirmed_by.states[: reference.known + 1]
-    apart = largest_distances(reference.corners[: len(states)], model.corners(states))
+    displacements = largest_distances(reference.corners[: len(states)], model.corners(states))
     factors = np.ones(len(states))
     stated = reference.uncertainty[: len(states)]
-    np.divide(stated, apart, out=factors, where=apart > 0.0)
+    np.divide(stated, displacements, out=factors, where=displacements > 0.0)
     return {
-        name: np.maximum(factors, 1.0) * running_maximum(np.abs(values[name] - other)[:, None])
-        for name, other in observables(states).items()
+        name: np.maximum(factors, 1.0)
+        * running_maximum(np.abs(values[name] - confirming)[:, None])
+        for name, confirming in observables(states).items()
     }

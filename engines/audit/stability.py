@@ -258,8 +258,8 @@ class SteppedMotion:
         beginning of the period `index`, and in a second run at the start unless that takes more
         than MOST steps: in a motion that is already disturbed, a nudge may not grow as in the
         motion itself."""
-        whole = self.script.duration <= MOST * step
-        nudges = any(self._lost(method, step, k) for k in {index, 0 if whole else index})
+        fits = self.script.duration <= MOST * step
+        nudges = any(self._lost(method, step, k) for k in {index, 0 if fits else index})
         return nudges or math.isinf(self.last_velocity(method, step))
 
     def lost_along(self, method: str, step: float, index: int) -> bool:
@@ -286,15 +286,15 @@ class SteppedMotion:
                 return False
             start = at_rest
             duration = MOST * step
-        most = LOST_GROWTH
-        for tried in step * np.array(NEAR if moving else NEAR[:1]):
-            grown = self.growth(method, tried, start, begin, duration)
-            if math.isinf(grown):
+        allowed = LOST_GROWTH
+        for near_step in step * np.array(NEAR if moving else NEAR[:1]):
+            growth_there = self.growth(method, near_step, start, begin, duration)
+            if math.isinf(growth_there):
                 return True
-            if grown > most == LOST_GROWTH:
+            if growth_there > allowed == LOST_GROWTH:
                 fine = min(step / FINER, self.model.step)
-                most *= max(1.0, self.growth(method, fine, start, begin, duration))
-            if grown <= most:
+                allowed *= max(1.0, self.growth(method, fine, start, begin, duration))
+            if growth_there <= allowed:
                 return False
         # A nudge may decide on which foot a body lands, and nothing after the landing.
         if not moving:
@@ -382,12 +382,12 @@ def limit_of_method(course: SteppedMotion, method: str) -> Limit:
     lost. If nudged runs hold above the limit at a point, the motion leaves that point before a
     nudge has grown."""
     most = BEYOND * course.model.step
-    passed = ""
+    remark = ""
     predicted = ((predicted_limit(course, at, method, most), at.index) for at in course.points)
     for step, index in sorted((step, index) for step, index in predicted if step):
         if not course.lost(method, ABOVE * step, index):
-            passed = f"; at {index * course.script.period:.3g} s a nudge grows from "
-            passed += f"{1e3 * step:.3g} ms on, for a moment"
+            remark = f"; at {index * course.script.period:.3g} s a nudge grows from "
+            remark += f"{1e3 * step:.3g} ms on, for a moment"
             continue
         limit = Limit(method, step, step, index=index)
         if course.lost(method, BELOW * step, index):
@@ -395,8 +395,8 @@ def limit_of_method(course: SteppedMotion, method: str) -> Limit:
         return check_above(course, replace(limit, first=name_of_first(course, limit)), {index})
     limit = Limit(method, most)
     if course.lost(method, most):
-        return limit_by_runs(course, limit, f"none by its Jacobians{passed}")
-    return Limit(method, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}")
+        return limit_by_runs(course, limit, f"none by its Jacobians{remark}")
+    return Limit(method, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{remark}")
 
 
 def limit_by_runs(course: SteppedMotion, limit: Limit, why: str) -> Limit:
@@ -442,14 +442,14 @@ def check_below(course: SteppedMotion, limit: Limit) -> Limit:
         return limit
     method = limit.integrator
     most = limit.largest_step or BEYOND * course.model.step
-    tried = np.geomspace(most / RATIO, most, BETWEEN)[:-1]
-    ends = [course.last_velocity(method, step, MOST * most) for step in tried]
-    velocities = np.array(ends)
+    steps = np.geomspace(most / RATIO, most, BETWEEN)[:-1]
+    last_velocities = [course.last_velocity(method, step, MOST * most) for step in steps]
+    velocities = np.array(last_velocities)
     if np.isinf(velocities).any():
-        lost = replace(limit, largest_step=float(tried[int(np.argmax(velocities))]))
+        lost = replace(limit, largest_step=float(steps[int(np.argmax(velocities))]))
         return limit_by_runs(course, lost, f"{1e3 * most:.3g} ms by its Jacobians")
     first = int(np.argmax(velocities > SETTLED))
-    return replace(limit, chatters=float(tried[first])) if first else limit
+    return replace(limit, chatters=float(steps[first])) if first else limit
 
 
 @np.errstate(over="ignore")
@@ -466,33 +466,35 @@ def first_unstable_part(course: SteppedMotion, limit: Limit) -> tuple[Place, Ele
     assert limit.largest_step is not None
     method = limit.integrator
     step = ABOVE * limit.largest_step
-    at = next(at for at in course.points if at.index == limit.index)
-    state = course.state_at(at, method, step)
+    point = next(point for point in course.points if point.index == limit.index)
+    state = course.state_at(point, method, step)
     if state is None:
-        state = at.state
-    jacobian = course.jacobian(at, state, method, step)
+        state = point.state
+    jacobian = course.jacobian(point, state, method, step)
     if not np.isfinite(jacobian).all():
         return Place(""), None
     decomposed: Any = linalg.eig(jacobian, left=True)
     factors, left, right = decomposed
     order = np.argsort(-np.abs(factors))
-    partners = np.exp(-np.sort(-at.rates.real) * step)
+    partners = np.exp(-np.sort(-point.rates.real) * step)
     exceeding = np.abs(factors[order]) > (1.0 + MARGIN) * np.maximum(partners, 1.0)
     if not exceeding.any():
         return Place(""), None
-    k = order[int(np.argmax(exceeding))]
-    mode = right[:, k]
-    dual = left[:, k].conj() / (left[:, k].conj() @ right[:, k])
+    mode_index = order[int(np.argmax(exceeding))]
+    mode = right[:, mode_index]
+    dual = left[:, mode_index].conj() / (left[:, mode_index].conj() @ right[:, mode_index])
     weights = np.abs(dual * mode)  # participation of each coordinate, independent of units
-    place = course.model.place(state, at.control, weights)
+    place = course.model.place(state, point.control, weights)
     along = np.stack([mode.real, mode.imag], axis=1)
-    best: tuple[float, Element | None] = (NOTICED, None)
+    strongest: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
-        other = course.changed(element.weaker)
-        weaker = other.jacobian(at, state, method, step, directions=along)
-        change = dual @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factors[k]
-        best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
-    return place, best[1]
+        weakened = course.changed(element.weaker)
+        weaker = weakened.jacobian(point, state, method, step, directions=along)
+        change = (
+            dual @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factors[mode_index]
+        )
+        strongest = max(strongest, (-float(change.real), element), key=lambda entry: entry[0])
+    return place, strongest[1]
 
 
 def name_of_first(course: SteppedMotion, limit: Limit) -> str:
@@ -507,21 +509,23 @@ def find_remedies(course: SteppedMotion, limits: Sequence[Limit]) -> tuple[Remed
     bodies by a change is measured by runs with small steps of MuJoCo's most stable integrator, as
     far as the motion is known. A change is no remedy if it leaves the limit at the state that sets
     it: other joints may be as stiff."""
-    own = limits[0]
-    place, element = first_unstable_part(course, own)
+    limit_before = limits[0]
+    place, element = first_unstable_part(course, limit_before)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
-    best = course.model.integrator
+    integrator = course.model.integrator
     if course.built is None:
-        best = max(limits, key=lambda limit: limit.reach).integrator
-    states = course.finely_stepped(best)
+        integrator = max(limits, key=lambda limit: limit.reach).integrator
+    states = course.finely_stepped(integrator)
     remedies = list[Remedy]()
     for change in changes:
-        other = course.changed(change)
+        changed = course.changed(change)
         with suppress(Unsupported):  # an engine may not express the change
-            limit = raised_limit(other, own)
+            limit = raised_limit(changed, limit_before)
             if limit is not None:
-                apart = largest_displacement(course.model, states, other.finely_stepped(best))
-                remedies.append(Remedy(change, limit, apart))
+                displacement = largest_displacement(
+                    course.model, states, changed.finely_stepped(integrator)
+                )
+                remedies.append(Remedy(change, limit, displacement))
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
 
 

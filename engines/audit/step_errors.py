@@ -135,13 +135,17 @@ def compare_steps(
     errors = [step for run in runs for step in run()]
     allowance.progress("costs")
     errors = with_costs(model, script, reference, errors)
-    fixed = [s for s in errors if s.integrator == model.integrator]
-    as_is = next(s for s in fixed if s.parts == round(script.period / model.step))
-    index = last_tending_period(errors, as_is, reference)
-    chosen = (c for t in TARGETS if (c := cheapest_step(errors, as_is, reference, index, t)))
-    errors.sort(key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
+    fixed = [error for error in errors if error.integrator == model.integrator]
+    own_step = next(
+        error for error in fixed if error.parts == round(script.period / model.step)
+    )
+    index = last_tending_period(errors, own_step, reference)
+    chosen = (c for t in TARGETS if (c := cheapest_step(errors, own_step, reference, index, t)))
+    errors.sort(
+        key=lambda error: (error.integrator != model.integrator, error.integrator, -error.step)
+    )
     return StepComparison(
-        as_is,
+        own_step,
         tuple(errors),
         index,
         float(finest_errors(errors)[index]),
@@ -340,16 +344,16 @@ def horizon(
 def balances(model: OwnModel, reference: Array, steps: Array) -> tuple[Balance, ...]:
     """Returns the readings of two motions, given as states of shape (n, ...). An energy is measured
     from its value at the start, as it has no zero."""
-    theirs = model.readings(reference)
-    ours = model.readings(steps)
+    continuous_readings = model.readings(reference)
+    own_readings = model.readings(steps)
     zero = np.zeros(len(steps))
     rows = []
-    for name in dict.fromkeys((*ours, *theirs)):
-        first = ours.get(name, zero)
-        second = theirs.get(name, zero)
-        start = first[0] if name == "energy" else 0.0
+    for name in dict.fromkeys((*own_readings, *continuous_readings)):
+        own = own_readings.get(name, zero)
+        continuous = continuous_readings.get(name, zero)
+        start = own[0] if name == "energy" else 0.0
         sizes = (
-            float(np.abs(x).max()) for x in (first - start, second - start, first - second)
+            float(np.abs(x).max()) for x in (own - start, continuous - start, own - continuous)
         )
         rows.append(Balance(name, *sizes))
     return tuple(rows)
@@ -357,19 +361,19 @@ def balances(model: OwnModel, reference: Array, steps: Array) -> tuple[Balance, 
 
 def state_errors(model: OwnModel, reference: Array, steps: Array) -> StateErrors:
     """Returns the largest differences of two motions' states, shape (n, ...), at equal times."""
-    here, there = (
+    attitudes, stepped_attitudes = (
         np.moveaxis(model.poses(states)[..., 3:], 2, 0) for states in (reference, steps)
     )
     # The rotation from one attitude to the other is a quaternion with this vector; its scalar is
     # the dot product.
-    between = here[0] * there[1:] - there[0] * here[1:]
-    between -= np.cross(here[1:], there[1:], axis=0)
+    between = attitudes[0] * stepped_attitudes[1:] - stepped_attitudes[0] * attitudes[1:]
+    between -= np.cross(attitudes[1:], stepped_attitudes[1:], axis=0)
     angles = 2.0 * np.arctan2(
-        np.linalg.norm(between, axis=0), np.abs(np.sum(here * there, axis=0))
+        np.linalg.norm(between, axis=0), np.abs(np.sum(attitudes * stepped_attitudes, axis=0))
     )
     activations = (steps - reference)[:, model.activations]
-    apart = (angles, model.coordinates(steps, reference), activations)
-    return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in apart))
+    differences = (angles, model.coordinates(steps, reference), activations)
+    return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in differences))
 
 
 def run_error(
@@ -384,13 +388,13 @@ def step_error_of_run(
     run: Stepped, model: OwnModel, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
     """Returns the errors of a given run of any engine with `parts` steps in a control period."""
-    apart = np.linalg.norm(model.corners(run.states) - reference.corners, axis=2)
-    furthest = int(np.argmax(np.nan_to_num(apart, posinf=0.0).max(axis=0)))
+    displacements = np.linalg.norm(model.corners(run.states) - reference.corners, axis=2)
+    furthest = int(np.argmax(np.nan_to_num(displacements, posinf=0.0).max(axis=0)))
     return StepError(
         integrator,
         run.step,
         parts,
-        running_maximum(apart),
+        running_maximum(displacements),
         model.bodies[model.corner_bodies[furthest]],
         run.seconds,
         run.why,

@@ -143,10 +143,12 @@ def _check_budget(
 ) -> None:
     """Raises ParameterError if a run would take more than `seconds` of processor time, judged by
     its first control period."""
-    first = model.stepped(replace(script, controls=script.controls[:1]), integrator, parts)
-    wanted = first.seconds * len(script.controls)
-    if wanted > seconds:
-        raise ParameterError("budget", seconds, f"{wanted:.2g} or more: the run takes as long")
+    first_period = model.stepped(
+        replace(script, controls=script.controls[:1]), integrator, parts
+    )
+    needed = first_period.seconds * len(script.controls)
+    if needed > seconds:
+        raise ParameterError("budget", seconds, f"{needed:.2g} or more: the run takes as long")
 
 
 def _built_error(
@@ -175,23 +177,23 @@ def method_steps(
     its own, and again as much time. Raises ParameterError."""
     if not methods:
         return largest_steps(model, script, states, allowance)
-    named = {runs_of(method, model.steppable): method for method in methods}
-    integrators = tuple(name for name in named if name in model.steppable)
+    method_of = {runs_of(method, model.steppable): method for method in methods}
+    integrators = tuple(name for name in method_of if name in model.steppable)
     groups = list[LargestSteps]()
     if integrators:
-        own = replace(model, integrator=integrators[0], steppable=integrators)
-        groups.append(largest_steps(own, script, states, allowance))
-    for name in (name for name in named if name not in integrators):
+        own_integrators = replace(model, integrator=integrators[0], steppable=integrators)
+        groups.append(largest_steps(own_integrators, script, states, allowance))
+    for name in (name for name in method_of if name not in integrators):
         seconds = allowance.seconds
-        arguments = (named[name], model, script, states, seconds)
+        arguments = (method_of[name], model, script, states, seconds)
         try:
             groups.append(in_own_process(_built_steps, arguments, PATIENCE * seconds))
         except Unsupported as why:
             unknown = Limit(name, None, why=str(why))
             groups.append(LargestSteps((unknown,), (), model.step))
     limits = {limit.integrator: limit for group in groups for limit in group.limits}
-    (first,) = (group for group in groups if group.own.integrator == next(iter(named)))
-    return replace(first, limits=tuple(limits[name] for name in named))
+    (first,) = (group for group in groups if group.own.integrator == next(iter(method_of)))
+    return replace(first, limits=tuple(limits[name] for name in method_of))
 
 
 def _built_steps(

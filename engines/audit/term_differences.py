@@ -105,15 +105,15 @@ def look_at_states(peer: PeerModel, held: CertifiedMotion) -> list[Look]:
     something touches."""
     terms = held.model.terms()
     controls = held.script.controls
-    places = [(k, held.states[k]) for k in _spread_indices(len(controls))]
+    samples = [(k, held.states[k]) for k in _spread_indices(len(controls))]
     touching = list(held.model.touched(held.script))
-    places += [touching[k] for k in _spread_indices(len(touching))]
+    samples += [touching[k] for k in _spread_indices(len(touching))]
     looks = []
-    for k, state in places:
+    for k, state in samples:
         control = controls[k]
-        theirs = peer.terms(state, control)
+        engine_terms = peer.terms(state, control)
         accelerations = _accelerations(peer, held, state, control)
-        looks.append(Look(state, control, terms(state, control), theirs, accelerations))
+        looks.append(Look(state, control, terms(state, control), engine_terms, accelerations))
     return looks
 
 
@@ -124,13 +124,15 @@ def _accelerations(
     velocity = held.model.layout.velocity
     one_step = Script(state, held.model.step, control[None])
     peer.begin(state)
-    own, scheme = (
+    by_own, by_scheme = (
         held.model.stepped(one_step, integrator, 1).states[1]
         for integrator in (held.model.integrator, peer.integrator)
     )
-    after = own, scheme, peer.advance(control, 0.0 * state[velocity], 1)
-    own, scheme, other = ((end[velocity] - state[velocity]) / held.model.step for end in after)
-    return own, scheme, other
+    after = by_own, by_scheme, peer.advance(control, 0.0 * state[velocity], 1)
+    by_own, by_scheme, by_engine = (
+        (end[velocity] - state[velocity]) / held.model.step for end in after
+    )
+    return by_own, by_scheme, by_engine
 
 
 def _spread_indices(count: int) -> list[int]:
@@ -149,16 +151,18 @@ def term_differences(
     overall = (
         ROUNDINGS * precision * max(look.size(total_force(look.of_file)) for look in looks)
     )
-    apart = list[TermDifference]()
+    differing = list[TermDifference]()
     readings = readings_of(engine, held.file)
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
-        off = max(look.size(there - here) for look, here, there in pairs)
+        difference = max(look.size(of_engine - of_file) for look, of_file, of_engine in pairs)
         scale = max(look.size(x) for look, *both in pairs for x in both)
-        if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
-            apart.append(TermDifference(term, off / scale, _cause(term, looks, readings)))
-    apart += [*_contact_differences(looks, held), *_axis_differences(looks, held)]
-    return apart or list(step_differences(looks, integrators))
+        if not difference <= SAME * scale + (0.0 if term == TERMS[0] else overall):
+            differing.append(
+                TermDifference(term, difference / scale, _cause(term, looks, readings))
+            )
+    differing += [*_contact_differences(looks, held), *_axis_differences(looks, held)]
+    return differing or list(step_differences(looks, integrators))
 
 
 def _contact_differences(
@@ -166,34 +170,34 @@ def _contact_differences(
 ) -> Iterator[TermDifference]:
     """Yields the difference of the pairs of bodies that touch in some state in only one of the file
     and the engine."""
-    touching, others = (
+    in_file, in_engine = (
         {_moving_bodies(pair, held) for terms in every for pair in terms["contacts"]}
         for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
     )
-    if touching != others:
-        parts = ((touching - others, "missing"), (others - touching, "more"))
-        cause = (f"{what}: {_names_of_pairs(pairs)}" for pairs, what in parts if pairs)
-        size = len(touching ^ others) / len(touching | others)
+    if in_file != in_engine:
+        parts = ((in_file - in_engine, "missing"), (in_engine - in_file, "more"))
+        cause = (f"{kind}: {_names_of_pairs(pairs)}" for pairs, kind in parts if pairs)
+        size = len(in_file ^ in_engine) / len(in_file | in_engine)
         yield TermDifference(CONTACTS, size, "; ".join(cause))
 
 
 def _axis_differences(looks: Sequence[Look], held: CertifiedMotion) -> Iterator[TermDifference]:
     """Yields the difference of the friction pyramids' angles about the normal. A pyramid has four
     edges, so angles repeat after a quarter turn."""
-    turned = dict[frozenset[str], float]()
+    angles = dict[frozenset[str], float]()
     for look in looks:
-        here, there = (
+        file_axes, engine_axes = (
             {_moving_bodies(pair, held): axis for pair, axis in terms.get("axes", ())}
             for terms in (look.of_file, look.of_engine)
         )
-        for pair in here.keys() & there.keys():
-            angle = math.acos(min(1.0, abs(float(here[pair] @ there[pair]))))
-            turned[pair] = max(turned.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
-    if turned and (most := max(turned.values())) > TURNED:
-        pairs = _names_of_pairs([pair for pair in turned if turned[pair] > TURNED])
-        cause = f"the pyramid of friction is turned by up to {math.degrees(most):.0f}°: {pairs}"
+        for pair in file_axes.keys() & engine_axes.keys():
+            angle = math.acos(min(1.0, abs(float(file_axes[pair] @ engine_axes[pair]))))
+            angles[pair] = max(angles.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
+    if angles and (largest_angle := max(angles.values())) > TURNED:
+        pairs = _names_of_pairs([pair for pair in angles if angles[pair] > TURNED])
+        cause = f"the pyramid of friction is turned by up to {math.degrees(largest_angle):.0f}°: {pairs}"
         yield TermDifference(
-            AXES, most / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes"
+            AXES, largest_angle / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes"
         )
 
 
@@ -204,14 +208,14 @@ def step_differences(
     from the `integrators` of the file and of the engine, the rest from constraints."""
     size, _ = _acceleration_difference(looks, 0, 1)
     if size > SAME_STEP:
-        own, other = integrators
-        cause = f"it steps {other}, the file {own}: {size:.2g} of the acceleration in a step"
+        file_integrator, engine_integrator = integrators
+        cause = f"it steps {engine_integrator}, the file {file_integrator}: {size:.2g} of the acceleration in a step"
         yield TermDifference(INTEGRATOR, size, cause)
-    size, at = _acceleration_difference(looks, 1, 2)
+    size, look = _acceleration_difference(looks, 1, 2)
     if size > SAME_STEP:
-        kinds = [*at.of_file["acting"], *["contacts"] * bool(at.of_file["contacts"])]
-        said: str = at.of_engine.get("causes", {}).get(STEP, "")
-        yield TermDifference(STEP, size, " and ".join(kinds) or said)
+        kinds = [*look.of_file["acting"], *["contacts"] * bool(look.of_file["contacts"])]
+        stated: str = look.of_engine.get("causes", {}).get(STEP, "")
+        yield TermDifference(STEP, size, " and ".join(kinds) or stated)
 
 
 def _acceleration_difference(
@@ -220,9 +224,12 @@ def _acceleration_difference(
     """Returns the largest difference of the accelerations number `first` and `second` in a step,
     relative to the largest of the first, and the look with that difference."""
     forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
-    offs = [look.size(f[second] - f[first]) for look, f in zip(looks, forces, strict=True)]
-    scale = max(look.size(f[first]) for look, f in zip(looks, forces, strict=True))
-    return max(offs) / scale if max(offs) else 0.0, looks[int(np.argmax(offs))]
+    sizes = [
+        look.size(force[second] - force[first])
+        for look, force in zip(looks, forces, strict=True)
+    ]
+    scale = max(look.size(force[first]) for look, force in zip(looks, forces, strict=True))
+    return max(sizes) / scale if max(sizes) else 0.0, looks[int(np.argmax(sizes))]
 
 
 def _names_of_pairs(pairs: Iterable[frozenset[str]]) -> str:
@@ -246,21 +253,27 @@ def total_force(terms: Terms) -> Array:
 def _cause(term: str, looks: Sequence[Look], readings: Readings) -> str:
     """Explains why a term differs. The engine may state a cause; the term may be missing; or the
     engine may read a field on which the term depends differently."""
-    said: str = looks[0].of_engine.get("causes", {}).get(term, "")
-    if said or (term != "gravity" and not any(look.of_engine[term].any() for look in looks)):
-        return said or "all of it dropped"
-    here, there = readings
-    lost = dropped(here, there)
-    masses = [there[key][0] / here[key][0] for key in here if key[0] == "mass" and key in there]
-    if "mass" in lost and len(masses) > 1 and np.ptp(masses) < SAME * masses[0]:
-        lost["mass"] = f"times {masses[0]:.4g}, all of them"
+    stated: str = looks[0].of_engine.get("causes", {}).get(term, "")
+    if stated or (term != "gravity" and not any(look.of_engine[term].any() for look in looks)):
+        return stated or "all of it dropped"
+    of_file, of_engine = readings
+    misread = dropped(of_file, of_engine)
+    masses = [
+        of_engine[key][0] / of_file[key][0]
+        for key in of_file
+        if key[0] == "mass" and key in of_engine
+    ]
+    if "mass" in misread and len(masses) > 1 and np.ptp(masses) < SAME * masses[0]:
+        misread["mass"] = f"times {masses[0]:.4g}, all of them"
     for field in DEPENDS.get(term, ()):
-        if field in lost:
-            return f"{field} {lost[field] or 'dropped'}"
+        if field in misread:
+            return f"{field} {misread[field] or 'dropped'}"
     return "of like bodies: joints or frames are not alike" if term == TERMS[0] else ""
 
 
 def readings_of(engine: Engine, file: Path) -> Readings:
     """Returns the numbers of a file as MuJoCo reads them, and as an engine reads them."""
-    here = fields_of(find_engine("mujoco"), file)[1]
-    return here, here if engine.ability(ModelReader) is None else fields_of(engine, file)[1]
+    of_mujoco = fields_of(find_engine("mujoco"), file)[1]
+    return of_mujoco, of_mujoco if engine.ability(ModelReader) is None else fields_of(
+        engine, file
+    )[1]

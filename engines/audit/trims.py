@@ -59,16 +59,18 @@ def trims(
     """Returns the ablations of the features that `model` offers to remove, under `script` with
     `parts` steps in a period. The `error` [m] is known up to the period `index`."""
     offered = [((change,), model.changed((change,))) for change in model.changes(script)]
-    each = effects_of_changes(model, script, parts, index, offered, allowance)
-    useful = [t for t in each if t.accepted(error) and t.cost.low <= 1.0]
-    useful = [t for t in useful if t.same_bits] or useful
-    if not useful:
-        return Trims(each, None)
-    together = tuple(change for trim in useful for change in trim.changes)
-    (trial,) = effects_of_changes(
+    single = effects_of_changes(model, script, parts, index, offered, allowance)
+    saving = [trim for trim in single if trim.accepted(error) and trim.cost.low <= 1.0]
+    saving = [trim for trim in saving if trim.same_bits] or saving
+    if not saving:
+        return Trims(single, None)
+    together = tuple(change for trim in saving for change in trim.changes)
+    (combined,) = effects_of_changes(
         model, script, parts, index, [(together, model.changed(together))]
     )
-    return Trims(each, trial if trial.accepted(error) and trial.cost.high < SAVES else None)
+    return Trims(
+        single, combined if combined.accepted(error) and combined.cost.high < SAVES else None
+    )
 
 
 def effects_of_changes(
@@ -94,13 +96,13 @@ def effects_of_changes(
         timed_periods(variant, script, states, variant.integrator, parts, run.seconds)
         for variant, run in zip(models, runs, strict=False)
     ]
-    full, *costs = costs_in_turns(timed)
+    full_cost, *costs = costs_in_turns(timed)
     return tuple(
         Trim(
             changes,
             np.array_equal(runs[0].states, run.states, equal_nan=True),
             largest_displacement(model, runs[0].states[: index + 1], run.states[: index + 1]),
-            ratio(cost, full),
+            ratio(cost, full_cost),
         )
         for (changes, _), run, cost in zip(offered, runs[1:], costs, strict=False)
     )

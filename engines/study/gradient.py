@@ -153,10 +153,10 @@ class GradientSearch(RunRequest[Gradients]):
             ("of", self.of, [observable.name for observable in case.system.observables]),
             ("way", self.ways, ways()),
         )
-        for argument, wanted, there in allowed:
+        for argument, wanted, known in allowed:
             for name in wanted:
-                if name not in there:
-                    raise ParameterError(argument, name, f"one of {nearest(name, there)}")
+                if name not in known:
+                    raise ParameterError(argument, name, f"one of {nearest(name, known)}")
         if self.at is not None and not 0.0 < self.at <= case.scene.duration:
             raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
 
@@ -240,19 +240,19 @@ class _Runs:
         """Returns eq. 1 for an observable between two values of the number, with no eps yet;
         `exact` is the exact derivative."""
         low, high = (self.at(value)[name] for value in values)
-        apart = values[1] - values[0]
+        distance = values[1] - values[0]
         remainder = POWER * max(low.model, high.model) / self.number.size
         if len(high.terms) == len(low.terms) > 0:
             pairs = zip(low.terms, high.terms, strict=True)
             remainder += float(
-                by_series([(above - below) / apart for below, above in pairs])[-1]
+                by_series([(above - below) / distance for below, above in pairs])[-1]
             )
         return TriedDifference(
             None,
-            (high.value - low.value) / apart,
-            (high.exact - low.exact) / apart - exact,
-            (high.error - low.error) / apart,
-            (low.rounding + high.rounding + SURE * abs(high.control - low.control)) / apart,
+            (high.value - low.value) / distance,
+            (high.exact - low.exact) / distance - exact,
+            (high.error - low.error) / distance,
+            (low.rounding + high.rounding + SURE * abs(high.control - low.control)) / distance,
             remainder,
         )
 
@@ -285,9 +285,9 @@ class _Runs:
     def steady(self, name: str) -> bool:
         """Whether a solver took the same number of steps in all runs near the number's value."""
         value = self.number.value
-        apart = 2.0 * NEAR * self.number.size
-        near = (ends for at, ends in self.ends.items() if abs(at - value) <= apart)
-        return len({ends[name].steps for ends in near}) == 1
+        reach = 2.0 * NEAR * self.number.size
+        neighbours = (ends for at, ends in self.ends.items() if abs(at - value) <= reach)
+        return len({ends[name].steps for ends in neighbours}) == 1
 
     def corner(self, name: str, eps: float) -> float:
         """Returns the difference of the slopes of the predicted error on the two sides, `eps` of
@@ -295,11 +295,11 @@ class _Runs:
         special motion, next to which another theory holds. It has a corner if a switch falls on the
         end of a step."""
         shifts = np.array([eps, NEAR, 2.0 * NEAR])
-        less, here, more = (self.beside("error", name, s * shifts) for s in (-1, 0, 1))
-        there, once, twice = np.nan_to_num(
-            (more - 2.0 * here + less) / shifts / self.number.size
+        below, middle, above = (self.beside("error", name, s * shifts) for s in (-1, 0, 1))
+        at_eps, at_near, at_twice_near = np.nan_to_num(
+            (above - 2.0 * middle + below) / shifts / self.number.size
         )
-        return float(abs(there - (twice - once) * eps / NEAR))
+        return float(abs(at_eps - (at_twice_near - at_near) * eps / NEAR))
 
 
 def _predicted_error(error: ObservedError) -> float:
@@ -315,8 +315,10 @@ def _predicted_error(error: ObservedError) -> float:
 
 def _rounding_bound(error: ObservedError, steps: int) -> float:
     """Returns the bound on the rounding of the end of a run of so many steps."""
-    own = error.predicted.uncertainty if error.predicted else None
-    return (error.uncertainty if own is None else own) * roundings(steps)
+    stepped_uncertainty = error.predicted.uncertainty if error.predicted else None
+    return (
+        error.uncertainty if stepped_uncertainty is None else stepped_uncertainty
+    ) * roundings(steps)
 
 
 def ways() -> tuple[str, ...]:
@@ -363,14 +365,16 @@ def _gradients_by_number(
         if record.of not in results:
             yield replace(record, why=f"the run leaves out {record.of}")
             continue
-        here = _with_exact(replace(record, at=end), exact)
+        with_exact = _with_exact(replace(record, at=end), exact)
         try:
-            if here.way in DIFFERENCES:
-                yield _difference_gradient(runs, here, DIFFERENCES[here.way], search.eps)
+            if with_exact.way in DIFFERENCES:
+                yield _difference_gradient(
+                    runs, with_exact, DIFFERENCES[with_exact.way], search.eps
+                )
             else:
-                yield _own_gradient(runs, here, engine)
+                yield _own_gradient(runs, with_exact, engine)
         except (ParameterError, Unsupported) as why_not:
-            yield replace(here, why=str(why_not))
+            yield replace(with_exact, why=str(why_not))
 
 
 def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
@@ -392,26 +396,28 @@ def _difference_gradient(
 ) -> Gradient:
     """Returns a record with its differences. Raises Unsupported if no value next to the number's is
     possible."""
-    tried = list[TriedDifference]()
+    differences = list[TriedDifference]()
     why = ""
     for eps in sorted(asked or (part * runs.number.size for part in SWEEP), reverse=True):
         try:
-            tried.append(_difference(runs, record, way, eps))
+            differences.append(_difference(runs, record, way, eps))
         except (ParameterError, Unsupported) as error:
             why = str(error)
-    if not tried:
+    if not differences:
         raise Unsupported(why)
-    epses = [d.eps or 0.0 for d in tried]
-    if len(tried) >= LEAST:
-        apart = math.sqrt(2.0) * runs.noise(record.of) / (1.0 - way.low)
-        tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
+    epses = [d.eps or 0.0 for d in differences]
+    if len(differences) >= LEAST:
+        scatter = math.sqrt(2.0) * runs.noise(record.of) / (1.0 - way.low)
+        differences = [
+            replace(d, noise=scatter / eps) for d, eps in zip(differences, epses, strict=True)
+        ]
     slope, control = (runs.slope(what, record.of) for what in ("error", "control"))
     # The error of a run is not linear in the number, either.
-    predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in tried]
-    measured = [abs(d.computed - record.reference - slope - control) for d in tried]
+    predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in differences]
+    measured = [abs(d.computed - record.reference - slope - control) for d in differences]
     return replace(
         record,
-        tried=tuple(tried),
+        tried=tuple(differences),
         predicted_best=way.best_of_sweep(epses, predicted) if runs.steady(record.of) else None,
         measured_best=way.best_of_sweep(epses, measured),
         cost=2.0,
@@ -428,9 +434,11 @@ def _difference(
     low, high = way.values(number.value, eps)
     difference = runs.difference(name, (low, high), record.reference)
     near = (NEAR, *([eps / number.size] if low == number.value else []))
-    left = max(runs.corner(name, each) for each in near)
-    left += JUMP * sum(runs.at(value)[name].model for value in (low, high)) / (high - low)
-    return replace(difference, eps=eps, remainder=difference.remainder + left)
+    contact_bound = max(runs.corner(name, each) for each in near)
+    contact_bound += (
+        JUMP * sum(runs.at(value)[name].model for value in (low, high)) / (high - low)
+    )
+    return replace(difference, eps=eps, remainder=difference.remainder + contact_bound)
 
 
 def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
@@ -438,26 +446,26 @@ def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     number = runs.number
     method = runs.method
     step = runs.step
-    own = next((w for w in engine.abilities_of(OwnDerivative) if w.way == record.way), None)
-    if own is None:
+    way = next((w for w in engine.abilities_of(OwnDerivative) if w.way == record.way), None)
+    if way is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
-    computed, cost = _timed(own.of, engine, runs, record)
-    near = _error_slope(runs, record)
+    computed, cost = _timed(way.of, engine, runs, record)
+    slope = _error_slope(runs, record)
     unit = scheme_of(number.case, method).unit
-    rounding = near.rounding / unit
+    rounding = slope.rounding / unit
     second = engine.ability(SecondRun)
-    left = near.remainder + own.precision * unit * abs(computed) * record.at / step
-    if own.beside is not None:
-        other = _one_derivative(own.beside, number, method, step, record)
-        rounding = FINER * rounding + SURE * abs(computed - other)
+    remainder = slope.remainder + way.precision * unit * abs(computed) * record.at / step
+    if way.beside is not None:
+        second_derivative = _one_derivative(way.beside, number, method, step, record)
+        rounding = FINER * rounding + SURE * abs(computed - second_derivative)
     if method.control == "tolerance" and second is not None:
-        other = _one_derivative(own.of, number, *second.of(method), record)
+        second_derivative = _one_derivative(way.of, number, *second.of(method), record)
         # Both runs round their start in the same way.
-        alike = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
-        rounding = SURE * abs(computed - other) + alike
+        start_rounding = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
+        rounding = SURE * abs(computed - second_derivative) + start_rounding
     return replace(
         record,
-        tried=(TriedDifference(None, computed, 0.0, near.slope, rounding, left),),
+        tried=(TriedDifference(None, computed, 0.0, slope.slope, rounding, remainder),),
         cost=cost,
     )
 
@@ -471,7 +479,14 @@ def _growth(number: Number, end: float) -> float:
     exact = exact_gradient(number.case, [number.name], times)[number.name].values
     observed = number.case.reference.observe(times)
     sizes = ((np.abs(exact[name]).max(), np.abs(observed[name]).max()) for name in exact)
-    return max((s / o for s, o in sizes if s * number.size < LOST * o), default=0.0)
+    return max(
+        (
+            size / observed_size
+            for size, observed_size in sizes
+            if size * number.size < LOST * observed_size
+        ),
+        default=0.0,
+    )
 
 
 def _timed(
@@ -498,8 +513,12 @@ def _error_slope(runs: _Runs, record: Gradient) -> TriedDifference:
         runs.difference(record.of, (value - eps, value + eps), record.exact)
         for eps in (size, 2 * size)
     )
-    apart = np.nan_to_num(abs(near.slope - wider.slope)) + runs.corner(record.of, NEAR)
-    return replace(near, remainder=near.remainder + apart + SURE * abs(near.truncation))
+    open_difference = np.nan_to_num(abs(near.slope - wider.slope)) + runs.corner(
+        record.of, NEAR
+    )
+    return replace(
+        near, remainder=near.remainder + open_difference + SURE * abs(near.truncation)
+    )
 
 
 def _one_derivative(

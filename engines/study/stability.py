@@ -142,8 +142,8 @@ def searched_limits(
         predicted_step = unstable.predicted
         reason = unstable.reason
         unstable = replace(changes, kind="unstable", predicted=predicted_step, reason=reason)
-    apart = (changes.fails or math.inf) < (unstable.holds or 0.0)
-    several = apart or "changes-kind" in by_kind
+    changes_first = (changes.fails or math.inf) < (unstable.holds or 0.0)
+    several = changes_first or "changes-kind" in by_kind
     equilibrium = theory is not None and theory.equilibrium
     return SceneLimits((unstable, changes) if several else (unstable,), equilibrium)
 
@@ -310,7 +310,7 @@ class Trials:
         is allowed."""
         if why := _loss(nudged):
             return f"nudged, it is {why}"
-        apart = np.max(
+        differences = np.max(
             [
                 np.abs(nudged.observables[name] - run.observables[name]) / scale
                 for name, scale in self.grown_scales.items()
@@ -318,14 +318,14 @@ class Trials:
             ],
             axis=0,
         )
-        growth = apart / (apart[0] or self.nudge)
+        growth = differences / (differences[0] or self.nudge)
         if growth.max() <= LOST_GROWTH:
             return ""
         beyond = growth / self._growth(run.times)
         if beyond.max() <= LOST_GROWTH:
             return ""
-        first = int(np.argmax(beyond > LOST_GROWTH))
-        return f"a nudge grows {LOST_GROWTH:.0f}-fold within {run.times[first]:.3g} s"
+        first_beyond = int(np.argmax(beyond > LOST_GROWTH))
+        return f"a nudge grows {LOST_GROWTH:.0f}-fold within {run.times[first_beyond]:.3g} s"
 
     def _growth(self, times: Array) -> Array:
         """Returns the factors by which the exact motion magnifies a nudge until `times` [s], shape

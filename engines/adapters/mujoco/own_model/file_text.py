@@ -119,15 +119,17 @@ def _part_in_text(change: Change, makers: Makers) -> Change | None:
     sets = []
     before = 0
     after = 0
-    made = Counter(makers.values())
+    geoms_of_element = Counter(makers.values())
     for field, indices, value in change.sets:
         of = {i: makers[at] for i in indices if (at := (field.partition("_")[0], i)) in makers}
         changed = Counter(of.values())
-        some = tuple(i for i, element in of.items() if changed[element] == made[element])
+        included = tuple(
+            i for i, element in of.items() if changed[element] == geoms_of_element[element]
+        )
         before = before + len(indices)
-        after = after + len(some)
-        if some or not indices:
-            sets.append((field, some, value))
+        after = after + len(included)
+        if included or not indices:
+            sets.append((field, included, value))
     if not sets:
         return None
     name = change.name if before == after else f"{change.name} ({after} of {before} settings)"

@@ -52,14 +52,14 @@ def _never_touching(model: Any, collides: Any, met: set[tuple[int, ...]]) -> Ite
     touched = {geom for pair in met for geom in pair}
     if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        which = (
+        geoms = (
             f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
         )
-        yield Change(f"collisions of {which}", off)
+        yield Change(f"collisions of {geoms}", off)
     pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1).tolist()
-    if apart := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
-        name = f"{len(apart)} contact pairs that never touch"
-        yield Change(name, (("pair_margin", apart, NEVER),))
+    if untouched_pairs := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
+        name = f"{len(untouched_pairs)} contact pairs that never touch"
+        yield Change(name, (("pair_margin", untouched_pairs, NEVER),))
 
 
 def apply(model: Any, left_out: Sequence[Change]) -> None:

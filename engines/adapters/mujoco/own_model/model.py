@@ -141,8 +141,11 @@ class MujocoModel:
         """Returns {attribute of the file's options: (its value, its new value)} for another
         integrator and step [s]."""
         now, then = (WRITTEN.get(name, name) for name in (self.integrator, integrator))
-        both = {"timestep": (f"{self.step:.12g}", f"{step:.12g}"), "integrator": (now, then)}
-        return {name: values for name, values in both.items() if values[0] != values[1]}
+        attributes = {
+            "timestep": (f"{self.step:.12g}", f"{step:.12g}"),
+            "integrator": (now, then),
+        }
+        return {name: values for name, values in attributes.items() if values[0] != values[1]}
 
     def softened(self, step: float) -> bool:
         """Whether the engine itself, by refsafe, would soften contacts or limits at a step [s]."""
@@ -420,14 +423,27 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     integrator = integrator_of(model)
     if integrator not in INTEGRATORS:
         raise NotCertifiable(f"its integrator is {integrator}")
-    refusals = {n: why for n in INTEGRATORS if (why := _refusal(model, n))}
+    refusals = {
+        name_of_integrator: why
+        for name_of_integrator in INTEGRATORS
+        if (why := _refusal(model, name_of_integrator))
+    }
     if integrator in refusals:
         raise NotCertifiable(refusals[integrator])
     notes = _notes(model, data) + tuple(
-        f"{n} is not tried: {why}" for n, why in refusals.items()
+        f"{name_of_integrator} is not tried: {why}"
+        for name_of_integrator, why in refusals.items()
     )
-    stepped = tuple(n for n in dict.fromkeys((integrator, *INTEGRATORS)) if n not in refusals)
-    tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n in stepped)
+    steppable = tuple(
+        name_of_integrator
+        for name_of_integrator in dict.fromkeys((integrator, *INTEGRATORS))
+        if name_of_integrator not in refusals
+    )
+    tried_integrators = tuple(
+        name_of_integrator
+        for name_of_integrator in dict.fromkeys((integrator, *OFFERED))
+        if name_of_integrator in steppable
+    )
     refsafe = not model.opt.disableflags & REFSAFE
     return MujocoModel(
         name,
@@ -435,8 +451,8 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
         data,
         step,
         integrator,
-        tried,
-        stepped,
+        tried_integrators,
+        steppable,
         clamped,
         notes,
         field_texts(model),

@@ -27,20 +27,22 @@ def place_of_weights(model: Any, data: Any, weights: Array) -> Place:
     positions, velocities and activations, in the state of `data`, whose constraints are
     computed."""
     nv = model.nv
-    places = weights[:nv] + weights[nv : 2 * nv]
+    by_degree = weights[:nv] + weights[nv : 2 * nv]
     activations = weights[2 * nv :]
-    by_joint = np.bincount(model.dof_jntid, places, model.njnt)
+    by_joint = np.bincount(model.dof_jntid, by_degree, model.njnt)
     if activations.size and activations.max() > by_joint.max():
-        at = np.searchsorted(model.actuator_actadr, int(np.argmax(activations)), "right") - 1
-        return Place(f"activation of {name_with_kind(model, 'actuator', int(at))}")
+        actuator = (
+            np.searchsorted(model.actuator_actadr, int(np.argmax(activations)), "right") - 1
+        )
+        return Place(f"activation of {name_with_kind(model, 'actuator', int(actuator))}")
     joint = int(np.argmax(by_joint))
     degrees = np.flatnonzero(model.dof_jntid == joint).tolist()
-    degree = max(degrees, key=lambda k: places[k])
+    degree = max(degrees, key=lambda k: by_degree[k])
     along = np.eye(nv)[degree]
     inertia = _inertia(model, data, along)
     slides = model.jnt_type[joint] == SLIDES or (len(degrees) == 6 and degree < degrees[3])
     unit = "kg" if slides else "kg m²"
-    on = f" on {inertia:.2g} {unit}"
+    inertia_text = f" on {inertia:.2g} {unit}"
     heavier = tuple(
         ("dof_armature", (k,), float(model.dof_armature[k]) + _rounded(inertia))
         for k in degrees
@@ -48,8 +50,8 @@ def place_of_weights(model: Any, data: Any, weights: Array) -> Place:
     return Place(
         name_with_kind(model, "joint", joint),
         (
-            *_weaker_element(model, "stiffness", "jnt_stiffness", (joint,), on),
-            *_weaker_element(model, "damping", "dof_damping", degrees, on),
+            *_weaker_element(model, "stiffness", "jnt_stiffness", (joint,), inertia_text),
+            *_weaker_element(model, "damping", "dof_damping", degrees, inertia_text),
             *_actuators(model, data, degrees, unit),
             *_constraints(model, data, along),
         ),

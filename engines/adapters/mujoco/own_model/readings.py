@@ -64,17 +64,25 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
                 beyond,
                 missed,
             )
-    has = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
-    return {name: of for name, of, some in zip(NAMES, measured, has, strict=True) if some}
+    present = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
+    return {
+        name: values
+        for name, values, is_present in zip(NAMES, measured, present, strict=True)
+        if is_present
+    }
 
 
 def start_warnings(start: Any) -> tuple[str, ...]:
     """Returns warnings about a `start`, an mjData whose constraints are computed: geoms deep inside
     each other, or limits far exceeded."""
     depth, beyond = _largest_violations(start)
-    what = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
-    what += [f"limits exceeded by {beyond:.2g} m or rad"] if beyond > DEEP else []
-    return (f"it starts with {' and '.join(what)}: is that posture meant?",) if what else ()
+    warnings = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
+    warnings += [f"limits exceeded by {beyond:.2g} m or rad"] if beyond > DEEP else []
+    return (
+        (f"it starts with {' and '.join(warnings)}: is that posture meant?",)
+        if warnings
+        else ()
+    )
 
 
 def _largest_violations(data: Any) -> tuple[float, float]:

@@ -115,12 +115,12 @@ def _forces_left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[s
         yield "the medium"
     first = model.body_dofadr[root]
     floor = (data.contact.geom == plane).any(axis=1)
-    own = [
+    own_contact = [
         kind >= int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS) and floor[i]
         for kind, i in zip(data.efc_type, data.efc_id, strict=True)
     ]
     constrained = np.zeros(model.nv)
-    mujoco.mj_mulJacTVec(model, data, constrained, np.where(own, 0.0, 1.0))
+    mujoco.mj_mulJacTVec(model, data, constrained, np.where(own_contact, 0.0, 1.0))
     acting = {
         "passive forces": data.qfrc_passive,
         "forces of actuators": data.qfrc_actuator,
@@ -151,8 +151,11 @@ def _plane_and_geoms(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     bodies = model.geom_bodyid
     flat = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
     planes = np.flatnonzero(flat & (model.body_weldid[bodies] == 0)).tolist()
-    own = np.flatnonzero(model.body_rootid[bodies] == root).tolist()
-    touching = {plane: [g for g in own if _can_touch(model, plane, g)] for plane in planes}
+    geoms_of_body = np.flatnonzero(model.body_rootid[bodies] == root).tolist()
+    touching = {
+        plane: [geom for geom in geoms_of_body if _can_touch(model, plane, geom)]
+        for plane in planes
+    }
     reachable = {plane: geoms for plane, geoms in touching.items() if geoms}
     if not reachable:
         raise NotCertifiable("the model has no plane that its free body can touch")

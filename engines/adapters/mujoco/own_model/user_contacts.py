@@ -137,27 +137,29 @@ class SettledFloor:
         """Returns the slide of the body that begins at `speed` [m/s] along `heading` [rad], turning
         at `spin` [rad/s], for `duration` [s]."""
         self._begin()
-        way = np.array([math.cos(heading), math.sin(heading)])
-        self.data.qvel[:2] = speed * way
+        direction = np.array([math.cos(heading), math.sin(heading)])
+        self.data.qvel[:2] = speed * direction
         self.data.qvel[5] = spin
-        fast = speed + self.gyration * abs(spin)
-        places, slow = self._run(duration, PARTS, STILL * fast)
+        first_speed = speed + self.gyration * abs(spin)
+        places, last_speed = self._run(duration, PARTS, STILL * first_speed)
         axes = rotation(places[:, 3:])
         yaws = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
         return Slide(
-            float(places[-1, :2] @ way), float(yaws[-1] - yaws[0]), slow < RESTS * fast
+            float(places[-1, :2] @ direction),
+            float(yaws[-1] - yaws[0]),
+            last_speed < RESTS * first_speed,
         )
 
     def drift(self, heading: float, acceleration: float, duration: float) -> float:
         """Returns the speed [m/s] over the second half of `duration` [s] under a horizontal force
         through the centre of mass, of `acceleration` [m/s^2] times the mass."""
         self._begin()
-        weight = float(self.model.body_mass[1])
-        way = np.array([math.cos(heading), math.sin(heading)])
-        self.data.xfrc_applied[1, :2] = weight * acceleration * way
+        mass = float(self.model.body_mass[1])
+        direction = np.array([math.cos(heading), math.sin(heading)])
+        self.data.xfrc_applied[1, :2] = mass * acceleration * direction
         places, _ = self._run(duration, 2, 0.0)
-        apart = places[2, :2] - places[1, :2]
-        return float(np.linalg.norm(apart) / (self.data.time / 2.0))
+        displacement = places[2, :2] - places[1, :2]
+        return float(np.linalg.norm(displacement) / (self.data.time / 2.0))
 
 
 def own_contacts(
@@ -247,12 +249,12 @@ class MujocoContacts(RigidPiece):
         if diverged(data):
             raise NotCertifiable(f"the whole model diverges within {FREE_SETTLING:g} s at rest")
         body = model.body(self.standing.body).id
-        way = data.geom_xmat[self.plane_number].reshape(3, 3)[:, 0].copy()
+        axis = data.geom_xmat[self.plane_number].reshape(3, 3)[:, 0].copy()
         data.qvel[:] = 0.0
         first = model.body_dofadr[body]
-        data.qvel[first : first + 3] = speed * way
+        data.qvel[first : first + 3] = speed * axis
         start = replace(self.start, qpos=data.qpos, qvel=data.qvel)
-        return own_model(model, self.name, start), body, way
+        return own_model(model, self.name, start), body, axis
 
     def frictions(self) -> ByName:
         """{foot: friction coefficient}."""
@@ -275,20 +277,20 @@ class MujocoContacts(RigidPiece):
         """The natural frequency of one pasted contact times the step, chosen so that the body is
         stable."""
         ratio = frequency_ratio(self._pasted(self.step, OWN_STIFFNESS))
-        most = math.sqrt(4 * DAMPING**2 + 4.0 / ratio) - 2 * DAMPING
-        wanted = STABLE * most
-        digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)
-        return min(OWN_STIFFNESS, math.floor(wanted / digits) * digits)
+        largest = math.sqrt(4 * DAMPING**2 + 4.0 / ratio) - 2 * DAMPING
+        stable = STABLE * largest
+        digits = 10.0 ** (math.floor(math.log10(stable)) - 1)
+        return min(OWN_STIFFNESS, math.floor(stable / digits) * digits)
 
     def _pasted(self, step: float, stiffness: float) -> Any:
         """Returns the compiled piece with the settings of the method, as they are pasted into MJCF
         alone."""
         spec = self.spec.copy()
-        named = find_method(self.method)
+        method = find_method(self.method)
         frictions = self.frictions()
         for pair in list(spec.pairs):
             spec.delete(pair)
-        fields = own_pair(named, step, 1.0, stiffness)
+        fields = own_pair(method, step, 1.0, stiffness)
         for k, name in enumerate(self.geoms):
             if name in frictions:
                 added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}", condim=3)
@@ -298,7 +300,7 @@ class MujocoContacts(RigidPiece):
         model = spec.compile()
         model.opt = self.model.opt
         model.opt.timestep = step
-        model.opt.integrator = integrator_number(named.settings["integrator"])
+        model.opt.integrator = integrator_number(method.settings["integrator"])
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.impratio, model.opt.tolerance = REGULARISATION_RATIO, TOLERANCE
         model.qpos0[:] = self._settled.begun
