@@ -52,7 +52,8 @@ def _wide_bracket(
     """Returns two numbers, the smaller of which holds, by ever wider strides from `first`."""
     up = holds(first)
     last = first
-    while last != (end := high if up else low):
+    end = high if up else low
+    while last != end:
         following = min(last + stride, end) if up else max(last - stride, end)
         if holds(following) != up:
             return (last, following) if up else (following, last)

@@ -179,17 +179,17 @@ def audited(
     progress = allowance.progress
     began = time.perf_counter()
     audit = Audit(
-        model.name,
-        model.integrator,
-        model.step,
-        script,
-        control,
-        start_certificate(model, script),
-        None,
-        model.clamped,
-        model.notes,
-        0.0,
-        model,
+        name=model.name,
+        integrator=model.integrator,
+        step=model.step,
+        script=script,
+        control=control,
+        reference=start_certificate(model, script),
+        found=None,
+        clamped=model.clamped,
+        notes=model.notes,
+        seconds=0.0,
+        model=model,
     )
     begun(audit)
     reference, result = compare_with_reference(model, script, allowance)

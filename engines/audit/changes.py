@@ -117,9 +117,11 @@ def _error_changes(old: Stored, new: Stored) -> Iterator[AuditChange]:
     if not math.isclose(*ends):
         worsening = math.inf if alike and ends[1] < ends[0] else None
         yield _change("certified until [s]", ends[0], ends[1], worsening)
-    elif (displacements := _displacements(old, new)) and ends[0]:
-        furthest = max(sorted(displacements), key=lambda body: displacements[body])
-        if (distance := displacements[furthest]) > uncertainty:
+    elif ends[0]:
+        displacements = _displacements(old, new)
+        furthest = max(sorted(displacements), key=lambda body: displacements[body], default="")
+        distance = displacements.get(furthest, 0.0)
+        if distance > uncertainty:
             what = f"certified {furthest} at {ends[0]:.3g} s by [m]"
             yield _change(what, 0.0, distance, _ratio(distance, old_error))
     if old["unstable"] != new["unstable"]:

@@ -159,21 +159,21 @@ def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
     as_written, why_not = _slides_at_halved_steps(model, "own", speed, spin)
     as_pasted, why_not_pasted = _slides_at_halved_steps(model, "pasted", speed, spin)
     return ContactAudit(
-        model.name,
-        standing,
-        model.integrator,
-        model.step,
-        speed,
-        spin,
-        exact,
-        exact_turn,
-        why,
-        why_turn,
-        determined,
-        as_written,
-        as_pasted,
-        (*why_not, *why_not_pasted),
-        model.snippet(),
+        name=model.name,
+        standing=standing,
+        integrator=model.integrator,
+        step=model.step,
+        speed=speed,
+        spin=spin,
+        exact=exact,
+        exact_turn=exact_turn,
+        why=why,
+        why_turn=why_turn,
+        determined=determined,
+        own=as_written,
+        pasted=as_pasted,
+        failed=(*why_not, *why_not_pasted),
+        snippet=model.snippet(),
         model=model,
         free=free_slide(model, speed, _run_length(standing, speed))
         if standing.locked
@@ -198,7 +198,8 @@ def _slides_at_halved_steps(
         step = model.step / 2**halvings
         try:
             floor = getattr(model, kind)(step)
-            if differing := set(floor.feet) ^ set(standing.feet):
+            differing = set(floor.feet) ^ set(standing.feet)
+            if differing:
                 raise NotCertifiable(
                     f"at {step:g} s other geoms touch ({', '.join(sorted(differing))})"
                 )

@@ -131,11 +131,11 @@ def with_engines(
     if not names:
         return audit
     count = audit.found.index if audit.found else 0
-    held = certified_motion(
+    motion = certified_motion(
         Path(file), audit.model, audit.script, audit.reference, count, seconds
     )
     tasks = [
-        Task(name, engine_error, (name, held), HANGS + 4 * seconds, label=name)
+        Task(name, engine_error, (name, motion), HANGS + 4 * seconds, label=name)
         for name in dict.fromkeys(names)
     ]
     with Workers(1) as workers:
@@ -170,62 +170,62 @@ def readers() -> tuple[str, ...]:
     return tuple(engine.name for engine in able if installed(engine))
 
 
-def engine_error(name: str, held: CertifiedMotion) -> EngineError:
+def engine_error(name: str, motion: CertifiedMotion) -> EngineError:
     """Returns the error of an engine, with the engine's output suppressed."""
     engine = find_engine(name)
     if engine.ability(RunsFiles) is None:
         return EngineError(name, why="plumbob has no reader of model files for it")
     if not installed(engine):
         return EngineError(name, why="it is not installed")
-    if not len(held.script.controls):
+    if not len(motion.script.controls):
         return EngineError(name, why="there is no certified motion")
     try:
         with captured():
-            return file_error(engine, held)
+            return file_error(engine, motion)
     except RefusedFile as error:
         refused = f"it refuses the file: {error}"
     except NotRead as why:
         refused = str(why)
     with captured():
-        return _with_built_error(EngineError(name, version_of(engine), refused), engine, held)
+        return _with_built_error(EngineError(name, version_of(engine), refused), engine, motion)
 
 
-def file_error(engine: Engine, held: CertifiedMotion) -> EngineError:
+def file_error(engine: Engine, motion: CertifiedMotion) -> EngineError:
     """Returns the error of an engine that runs files. Raises the errors of its reader."""
     reader = engine.ability(RunsFiles)
     assert reader is not None
-    peer = reader.load(held.file, held.model.layout, held.model.step)
-    integrators = held.model.integrator, peer.integrator
-    looks = look_at_states(peer, held)
-    differing = tuple(term_differences(engine, looks, held, reader.precision, integrators))
-    states, why = _run(peer, held)
-    mujoco_states = held.model.stepped(held.script, peer.integrator, held.parts).states
+    peer = reader.load(motion.file, motion.model.layout, motion.model.step)
+    integrators = motion.model.integrator, peer.integrator
+    looks = look_at_states(peer, motion)
+    differing = tuple(term_differences(engine, looks, motion, reader.precision, integrators))
+    states, why = _run(peer, motion)
+    mujoco_states = motion.model.stepped(motion.script, peer.integrator, motion.parts).states
     rounding = math.nan
-    from_mujoco = largest_displacement(held.model, states, mujoco_states)
+    from_mujoco = largest_displacement(motion.model, states, mujoco_states)
     if reader.precision > EXACT:
-        rounded_states = held.model.stepped(
-            held.script, peer.integrator, held.parts, single=True
+        rounded_states = motion.model.stepped(
+            motion.script, peer.integrator, motion.parts, single=True
         ).states
-        rounding = largest_displacement(held.model, rounded_states, mujoco_states)
+        rounding = largest_displacement(motion.model, rounded_states, mujoco_states)
         by_rounding = from_mujoco <= BEYOND * rounding
         cause = (SINGLE, reader.precision) if by_rounding else (STEP, SAME_STEP, MORE)
         differing = differing or (TermDifference(*cause),)
     result = EngineError(
-        engine.name,
-        version_of(engine),
-        why,
-        held.errors(states),
-        float(held.errors(mujoco_states)[-1]),
-        differing,
+        engine=engine.name,
+        version=version_of(engine),
+        why=why,
+        errors=motion.errors(states),
+        step_error=float(motion.errors(mujoco_states)[-1]),
+        differences=differing,
         rounding=rounding,
         apart=from_mujoco,
-        state_errors=state_errors(held.model, held.states, states),
+        state_errors=state_errors(motion.model, motion.states, states),
     )
-    return _with_built_error(_with_corrections(result, looks, peer, held), engine, held)
+    return _with_built_error(_with_corrections(result, looks, peer, motion), engine, motion)
 
 
 def _with_built_error(
-    result: EngineError, engine: Engine, held: CertifiedMotion
+    result: EngineError, engine: Engine, motion: CertifiedMotion
 ) -> EngineError:
     """Returns the result with the error of the model's mechanism as plumbob builds it in the
     engine."""
@@ -233,16 +233,16 @@ def _with_built_error(
     if builds is None:
         return replace(result, not_built="plumbob builds no mechanism in it")
     try:
-        built = built_runs(builds, held.model, held.script, held.parts, held.seconds)
-        run = built.run(held.script)
+        built = built_runs(builds, motion.model, motion.script, motion.parts, motion.seconds)
+        run = built.run(motion.script)
     except Unsupported as why:
         return replace(result, not_built=str(why))
-    error = math.nan if run.why else float(held.errors(run.states)[-1])
+    error = math.nan if run.why else float(motion.errors(run.states)[-1])
     return replace(result, built=error, not_built=run.why)
 
 
 def _with_corrections(
-    result: EngineError, looks: Sequence[Look], peer: PeerModel, held: CertifiedMotion
+    result: EngineError, looks: Sequence[Look], peer: PeerModel, motion: CertifiedMotion
 ) -> EngineError:
     """Returns the result with the errors after correcting the first term and after correcting all
     terms that can be, and with the difference that then remains."""
@@ -251,18 +251,18 @@ def _with_corrections(
     ]
     if not correctable:
         return result
-    integrators = held.model.integrator, peer.integrator
-    first_states, first_end = _run(peer, held, correctable[:1])
+    integrators = motion.model.integrator, peer.integrator
+    first_states, first_end = _run(peer, motion, correctable[:1])
     all_states, all_end = (
-        _run(peer, held, correctable) if correctable[1:] else (first_states, first_end)
+        _run(peer, motion, correctable) if correctable[1:] else (first_states, first_end)
     )
-    errors = (float(held.errors(states)[-1]) for states in (first_states, all_states))
+    errors = (float(motion.errors(states)[-1]) for states in (first_states, all_states))
     return replace(
         result,
         why=result.why or first_end or all_end,
         differences=(
             *result.differences,
-            *step_differences(_corrected_looks(looks, peer, held, correctable), integrators),
+            *step_differences(_corrected_looks(looks, peer, motion, correctable), integrators),
         ),
         first_right=next(errors),
         all_right=next(errors),
@@ -270,15 +270,15 @@ def _with_corrections(
 
 
 def _corrected_looks(
-    looks: Sequence[Look], peer: PeerModel, held: CertifiedMotion, right: Sequence[str]
+    looks: Sequence[Look], peer: PeerModel, motion: CertifiedMotion, right: Sequence[str]
 ) -> list[Look]:
     """Returns the looks with the engine's acceleration after some terms are corrected."""
-    step = held.model.step
-    velocity = held.model.layout.velocity
+    step = motion.model.step
+    velocity = motion.model.layout.velocity
 
     def acceleration(look: Look) -> Array:
         start = Script(look.state, step, look.control[None])
-        one_step = replace(held, script=start, states=look.state[None])
+        one_step = replace(motion, script=start, states=look.state[None])
         after = _run(peer, one_step, right)[0][1]
         return np.asarray(after[velocity] - look.state[velocity]) / step
 
@@ -289,32 +289,32 @@ def _corrected_looks(
 
 
 def _run(
-    peer: PeerModel, held: CertifiedMotion, right: Sequence[str] = ()
+    peer: PeerModel, motion: CertifiedMotion, right: Sequence[str] = ()
 ) -> tuple[Array, str]:
     """Returns the states at the ends of the periods, with some terms corrected by a force, and the
     reason if the run ends early."""
-    script = held.script
-    parts = held.parts
-    states = np.full((len(script.controls) + 1, held.states.shape[1]), np.nan)
-    states[0], ends = script.start, time.process_time() + held.seconds
+    script = motion.script
+    parts = motion.parts
+    states = np.full((len(script.controls) + 1, motion.states.shape[1]), np.nan)
+    states[0], ends = script.start, time.process_time() + motion.seconds
     state = script.start
-    terms = held.model.terms()
-    force = 0.0 * state[held.model.layout.velocity]
+    terms = motion.model.terms()
+    force = 0.0 * state[motion.model.layout.velocity]
     calls = parts if right else 1
     peer.begin(state)
     for k, control in enumerate(script.controls):
         for _ in range(calls):
             if right:
                 # Activations, which the engine does not have
-                state = np.append(state, held.states[k, state.size :])
-                force = _correcting_force(terms, peer, state, control, right, held.model.step)
+                state = np.append(state, motion.states[k, state.size :])
+                force = _correcting_force(terms, peer, state, control, right, motion.model.step)
             state = peer.advance(control, force, parts // calls)
         states[k + 1, : state.size] = state
         end = f"{(k + 1) * script.period:.3g} s"
         if not np.isfinite(state).all() or np.abs(state).max() > DIVERGED:
             return states, f"it diverges within {end}"
         if time.process_time() > ends:
-            return states, f"{held.seconds:g} s were enough for {end}"
+            return states, f"{motion.seconds:g} s were enough for {end}"
     return states, ""
 
 

@@ -81,11 +81,11 @@ class CertifiedGradient:
         known derivatives."""
         return np.asarray(np.linalg.norm(values[..., self.known], axis=(-2, -1)))
 
-    def relative(self, apart: Array) -> Array:
+    def relative(self, norms: Array) -> Array:
         """Returns a norm over time, shape (n,), relative to the norm of the gradient; 0 as long as
         nothing depends on any number."""
         sizes = self.norm(self.exact)
-        return np.divide(apart, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
+        return np.divide(norms, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
 
     @cached_property
     def certificate(self) -> Array:
@@ -166,7 +166,7 @@ class CertifiedGradient:
 
     def _entries(self, places: Sequence[int | None]) -> tuple[Entry, ...]:
         """Returns the entries at some places of the matrix, counted by rows, each by every way."""
-        return tuple(self._entry(way, place) for place in places for way in self.ways)
+        return tuple(self._entry(way, place) for place, way in product(places, self.ways))
 
     def _entry(self, way: RunDerivatives, place: int | None) -> Entry:
         """Returns the entry at a place of the matrix, counted by rows; for None, the norm of
@@ -231,21 +231,24 @@ def certified_gradient(
     rounding = np.finfo(float).eps * size * math.sqrt(script.duration / model.step)
     rounding *= max(1.0, float(np.abs(exact[..., known]).max()))
     return CertifiedGradient(
-        model.names["position"],
-        numbers_of(model),
-        exact,
-        uncertainty,
-        script.times,
-        ways,
-        CENTRAL.best_eps(max(curvature, rounding), rounding),
-        left_out,
+        of=model.names["position"],
+        by=numbers_of(model),
+        exact=exact,
+        uncertainty=uncertainty,
+        times=script.times,
+        ways=ways,
+        predicted_eps=CENTRAL.best_eps(max(curvature, rounding), rounding),
+        left_out=left_out,
     )
 
 
 def numbers_of(model: OwnModel) -> tuple[str, ...]:
     """Returns the names of the numbers by which derivatives are taken: a kind, and the name of a
     joint, an activation or an actuator."""
-    return tuple(f"{kind} {name}" for kind, names in model.names.items() for name in names)
+    numbers = list[str]()
+    for kind, names in model.names.items():
+        numbers += [f"{kind} {name}" for name in names]
+    return tuple(numbers)
 
 
 def _certified_derivatives(

@@ -166,9 +166,9 @@ def _certificate_of_layers(
     )
 
 
-def distance_to_limit(widths: Sequence[float], apart: Sequence[Array]) -> Array:
+def distance_to_limit(widths: Sequence[float], distances: Sequence[Array]) -> Array:
     """Returns a bound on the distance of the motion with the last, narrowest, of `widths` from the
-    limit, shape (n,). `apart` has the distances between the motions with successive widths.
+    limit, shape (n,). `distances` has the distances between the motions with successive widths.
 
     The power of the width comes from the ratio of two of these distances, within `POWERS`. If only
     two widths are known, or the distances do not fall as any power, the smallest power is used. The
@@ -176,15 +176,15 @@ def distance_to_limit(widths: Sequence[float], apart: Sequence[Array]) -> Array:
     """
     powers = np.linspace(*POWERS, 101)
     steps = np.array([wide**powers - narrow**powers for wide, narrow in pairwise(widths)])
-    power = np.full(apart[-1].shape, POWERS[0])
-    if len(apart) > 1:
+    power = np.full(distances[-1].shape, POWERS[0])
+    if len(distances) > 1:
         with np.errstate(divide="ignore", invalid="ignore"):
             power = np.interp(
-                np.nan_to_num(apart[-2] / apart[-1]), steps[-2] / steps[-1], powers
+                np.nan_to_num(distances[-2] / distances[-1]), steps[-2] / steps[-1], powers
             )
     bounds = [
         difference * widths[-1] ** power / (wide**power - narrow**power)
-        for difference, (wide, narrow) in zip(apart, pairwise(widths), strict=True)
+        for difference, (wide, narrow) in zip(distances, pairwise(widths), strict=True)
     ]
     return np.asarray(np.max(bounds, axis=0))
 
@@ -209,7 +209,8 @@ class _TimeAndChatterWatch:
         """Compares the contacts that act `at` a time [s] with those before. Raises NotCertifiable
         if they chatter."""
         if acting != self.before:
-            self.events += [at] if self.before is not None else []
+            if self.before is not None:
+                self.events.append(at)
             self.before = acting
         recent = self.events[-CHATTER - 1 :]
         if not self.many and len(recent) > CHATTER and recent[-1] - recent[0] < WITHIN:
@@ -248,12 +249,7 @@ def integration(
             done = k + 1
     except NotCertifiable as reason:
         why = str(reason)
-    return Integration(
-        states,
-        done * script.period,
-        tuple(watch.events),
-        why,
-    )
+    return Integration(states, done * script.period, tuple(watch.events), why)
 
 
 class _Integrator:
@@ -264,7 +260,9 @@ class _Integrator:
     ) -> None:
         from scipy import integrate
 
-        self.begun = partial(getattr(integrate, method), watch, rtol=tolerance, atol=tolerance)
+        self.start_run = partial(
+            getattr(integrate, method), watch, rtol=tolerance, atol=tolerance
+        )
         self.watch, self.touches = watch, touches
         # [s] first step of the next run: the last step that the end of its run did not shorten
         self.size: float | None = None
@@ -274,7 +272,7 @@ class _Integrator:
         of `most` [s] at most. If a step passes over a touch, three runs replace it: up to the
         touch, through the touch by a few steps, and on to the `end`."""
         size = min(self.size, 0.999 * (end - start)) if self.size else None
-        motion = self.begun(start, y, end, first_step=size, max_step=most)
+        motion = self.start_run(start, y, end, first_step=size, max_step=most)
         while motion.status == "running":
             before, y = motion.t, motion.y
             motion.step()
@@ -284,8 +282,9 @@ class _Integrator:
             touch = self.touches.within(motion.t, motion.dense_output)
             if touch is not None:
                 y = self.through(before, y, touch.begins, most)
-                if (lasts := touch.ends - touch.begins) > 0.0:
-                    y = self.through(touch.begins, y, touch.ends, lasts / STEPS_IN_TOUCH)
+                lasting = touch.ends - touch.begins
+                if lasting > 0.0:
+                    y = self.through(touch.begins, y, touch.ends, lasting / STEPS_IN_TOUCH)
                 return self.through(touch.ends, y, end, most)
             if motion.status == "running":
                 self.size = motion.h_abs

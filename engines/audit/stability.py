@@ -259,7 +259,9 @@ class SteppedMotion:
         than MOST steps: in a motion that is already disturbed, a nudge may not grow as in the
         motion itself."""
         fits = self.script.duration <= MOST * step
-        nudges = any(self._lost(method, step, k) for k in {index, 0 if fits else index})
+        nudges = any(
+            self._nudge_is_lost(method, step, k) for k in {index, 0 if fits else index}
+        )
         return nudges or math.isinf(self.last_velocity(method, step))
 
     def lost_along(self, method: str, step: float, index: int) -> bool:
@@ -272,7 +274,7 @@ class SteppedMotion:
         grown = self.growth(method, step, self.script.start, 0, lasting, lasting)
         return grown > LOST_GROWTH or self.lost(method, step)
 
-    def _lost(self, method: str, step: float, begin: int) -> bool:
+    def _nudge_is_lost(self, method: str, step: float, begin: int) -> bool:
         """Whether a nudge at the beginning of the period `begin` grows beyond the growth that is
         allowed."""
         script = self.script
@@ -315,7 +317,7 @@ class SteppedMotion:
         between them, within a `duration` [s], under the controls from the period `begin` on. The
         nudge is made at `start`, or at the state that a run from `start` reaches `after` a time
         [s]. Infinite if a run diverges."""
-        runs = self._runs(method, step)
+        runs = self._nudged_runs(method, step)
         nudged = math.ceil(after / step)
         controls = self._controls(begin, step, nudged + math.ceil(duration / step))
         if nudged:
@@ -330,9 +332,9 @@ class SteppedMotion:
         """Returns the largest velocity [m/s, rad/s] at the end of a run from the start with a step
         [s]; infinite if the run diverges."""
         controls = self._controls(0, step, math.ceil((duration or MOST * step) / step))
-        return self._runs(method, step).last_velocity(self.script.start, controls)
+        return self._nudged_runs(method, step).last_velocity(self.script.start, controls)
 
-    def _runs(self, method: str, step: float) -> NudgedRuns:
+    def _nudged_runs(self, method: str, step: float) -> NudgedRuns:
         """Runs of a method at a step [s], to be nudged."""
         return NudgedRuns(self.steppers.stepper(method, step), self.space, self.ends)
 

@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import takewhile
+from itertools import chain, takewhile
 from typing import Any
 
 import numpy as np
@@ -132,7 +132,7 @@ def compare_steps(
         allowance.start(errors_at_halved_steps, model, script, reference, names, allowance.left)
         for names in groups
     ]
-    errors = [step for run in runs for step in run()]
+    errors = list(chain.from_iterable(run() for run in runs))
     allowance.progress("costs")
     errors = with_costs(model, script, reference, errors)
     fixed = [error for error in errors if error.integrator == model.integrator]
@@ -140,17 +140,20 @@ def compare_steps(
         error for error in fixed if error.parts == round(script.period / model.step)
     )
     index = last_tending_period(errors, own_step, reference)
-    chosen = (c for t in TARGETS if (c := cheapest_step(errors, own_step, reference, index, t)))
+    cheapest = (cheapest_step(errors, own_step, reference, index, t) for t in TARGETS)
+    chosen = filter(None, cheapest)
     errors.sort(
         key=lambda error: (error.integrator != model.integrator, error.integrator, -error.step)
     )
     return StepComparison(
-        own_step,
-        tuple(errors),
-        index,
-        float(finest_errors(errors)[index]),
-        observed_order(fixed, reference, index),
-        tuple(replace(choice, unguarded=model.softened(choice.step)) for choice in chosen),
+        own=own_step,
+        steps=tuple(errors),
+        index=index,
+        nearest=float(finest_errors(errors)[index]),
+        order=observed_order(fixed, reference, index),
+        cheapest=tuple(
+            replace(choice, unguarded=model.softened(choice.step)) for choice in chosen
+        ),
     )
 
 
@@ -306,14 +309,13 @@ def cheapest_step(
     doubt = float(reference.uncertainty[index])
     if doubt > TRUSTED * target:
         return None
-    reaching = [
-        step
-        for name in {s.integrator for s in steps}
-        for step in takewhile(
-            lambda s: s.cost is not None and s.at(index) + doubt <= target,
-            sorted((s for s in steps if s.integrator == name), key=lambda s: s.step),
-        )
-    ]
+
+    def reaches(step: StepError) -> bool:
+        return step.cost is not None and step.at(index) + doubt <= target
+
+    reaching = list[StepError]()
+    for runs in _by_integrator(steps):
+        reaching += takewhile(reaches, sorted(runs, key=lambda step: step.step))
     if not reaching:
         return None
     most = ALIKE * min(s.ns_per_second or math.inf for s in reaching)
@@ -391,12 +393,12 @@ def step_error_of_run(
     displacements = np.linalg.norm(model.corners(run.states) - reference.corners, axis=2)
     furthest = int(np.argmax(np.nan_to_num(displacements, posinf=0.0).max(axis=0)))
     return StepError(
-        integrator,
-        run.step,
-        parts,
-        running_maximum(displacements),
-        model.bodies[model.corner_bodies[furthest]],
-        run.seconds,
-        run.why,
-        run.remarks,
+        integrator=integrator,
+        step=run.step,
+        parts=parts,
+        errors=running_maximum(displacements),
+        worst=model.bodies[model.corner_bodies[furthest]],
+        seconds=run.seconds,
+        why=run.why,
+        remarks=run.remarks,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
@@ -191,7 +192,8 @@ def method_steps(
         except Unsupported as why:
             unknown = Limit(name, None, why=str(why))
             groups.append(LargestSteps((unknown,), (), model.step))
-    limits = {limit.integrator: limit for group in groups for limit in group.limits}
+    every_limit = chain.from_iterable(group.limits for group in groups)
+    limits = {limit.integrator: limit for limit in every_limit}
     (first,) = (group for group in groups if group.own.integrator == next(iter(method_of)))
     return replace(first, limits=tuple(limits[name] for name in method_of))
 

@@ -90,47 +90,47 @@ class Look:
     """In the first step from the state: in MuJoCo by the file's integrator, in MuJoCo by the
     engine's integrator, and in the engine."""
 
-    def size(self, apart: Array) -> float:
+    def size(self, difference: Array) -> float:
         """Returns the size of generalised forces f, the root of f' M^-1 f, which is the same in all
         coordinates; of mass matrices, the largest element relative to the diagonal."""
         inertia = self.of_file[TERMS[0]]
-        if apart.ndim == 1:
-            return float(np.sqrt(apart @ np.linalg.solve(inertia, apart)))
+        if difference.ndim == 1:
+            return float(np.sqrt(difference @ np.linalg.solve(inertia, difference)))
         scale = np.sqrt(np.diag(inertia))
-        return float(np.max(np.abs(apart) / np.outer(scale, scale), initial=0.0))
+        return float(np.max(np.abs(difference) / np.outer(scale, scale), initial=0.0))
 
 
-def look_at_states(peer: PeerModel, held: CertifiedMotion) -> list[Look]:
+def look_at_states(peer: PeerModel, motion: CertifiedMotion) -> list[Look]:
     """Returns looks at some states along the certified motion: at the ends of periods, and where
     something touches."""
-    terms = held.model.terms()
-    controls = held.script.controls
-    samples = [(k, held.states[k]) for k in _spread_indices(len(controls))]
-    touching = list(held.model.touched(held.script))
+    terms = motion.model.terms()
+    controls = motion.script.controls
+    samples = [(k, motion.states[k]) for k in _spread_indices(len(controls))]
+    touching = list(motion.model.touched(motion.script))
     samples += [touching[k] for k in _spread_indices(len(touching))]
     looks = []
     for k, state in samples:
         control = controls[k]
         engine_terms = peer.terms(state, control)
-        accelerations = _accelerations(peer, held, state, control)
+        accelerations = _accelerations(peer, motion, state, control)
         looks.append(Look(state, control, terms(state, control), engine_terms, accelerations))
     return looks
 
 
 def _accelerations(
-    peer: PeerModel, held: CertifiedMotion, state: Array, control: Array
+    peer: PeerModel, motion: CertifiedMotion, state: Array, control: Array
 ) -> tuple[Array, Array, Array]:
     """Returns the accelerations in a step from a state, as `Look` has them."""
-    velocity = held.model.layout.velocity
-    one_step = Script(state, held.model.step, control[None])
+    velocity = motion.model.layout.velocity
+    one_step = Script(state, motion.model.step, control[None])
     peer.begin(state)
     by_own, by_scheme = (
-        held.model.stepped(one_step, integrator, 1).states[1]
-        for integrator in (held.model.integrator, peer.integrator)
+        motion.model.stepped(one_step, integrator, 1).states[1]
+        for integrator in (motion.model.integrator, peer.integrator)
     )
     after = by_own, by_scheme, peer.advance(control, 0.0 * state[velocity], 1)
     by_own, by_scheme, by_engine = (
-        (end[velocity] - state[velocity]) / held.model.step for end in after
+        (end[velocity] - state[velocity]) / motion.model.step for end in after
     )
     return by_own, by_scheme, by_engine
 
@@ -143,37 +143,40 @@ def _spread_indices(count: int) -> list[int]:
 def term_differences(
     engine: Engine,
     looks: Sequence[Look],
-    held: CertifiedMotion,
+    motion: CertifiedMotion,
     precision: float,
     integrators: tuple[str, str],
 ) -> list[TermDifference]:
-    """Returns the terms that differ, in order. `integrators` are as in `of_step`."""
+    """Returns the terms that differ, in order. `integrators` are as in `step_differences`."""
     overall = (
         ROUNDINGS * precision * max(look.size(total_force(look.of_file)) for look in looks)
     )
     differing = list[TermDifference]()
-    readings = readings_of(engine, held.file)
+    readings = readings_of(engine, motion.file)
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
         difference = max(look.size(of_engine - of_file) for look, of_file, of_engine in pairs)
-        scale = max(look.size(x) for look, *both in pairs for x in both)
+        scale = max(
+            max(look.size(of_file), look.size(of_engine)) for look, of_file, of_engine in pairs
+        )
         if not difference <= SAME * scale + (0.0 if term == TERMS[0] else overall):
             differing.append(
                 TermDifference(term, difference / scale, _cause(term, looks, readings))
             )
-    differing += [*_contact_differences(looks, held), *_axis_differences(looks, held)]
+    differing += [*_contact_differences(looks, motion), *_axis_differences(looks, motion)]
     return differing or list(step_differences(looks, integrators))
 
 
 def _contact_differences(
-    looks: Sequence[Look], held: CertifiedMotion
+    looks: Sequence[Look], motion: CertifiedMotion
 ) -> Iterator[TermDifference]:
     """Yields the difference of the pairs of bodies that touch in some state in only one of the file
     and the engine."""
-    in_file, in_engine = (
-        {_moving_bodies(pair, held) for terms in every for pair in terms["contacts"]}
-        for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
-    )
+    in_file = set[frozenset[str]]()
+    in_engine = set[frozenset[str]]()
+    for look in looks:
+        in_file |= {_moving_bodies(pair, motion) for pair in look.of_file["contacts"]}
+        in_engine |= {_moving_bodies(pair, motion) for pair in look.of_engine["contacts"]}
     if in_file != in_engine:
         parts = ((in_file - in_engine, "missing"), (in_engine - in_file, "more"))
         cause = (f"{kind}: {_names_of_pairs(pairs)}" for pairs, kind in parts if pairs)
@@ -181,21 +184,25 @@ def _contact_differences(
         yield TermDifference(CONTACTS, size, "; ".join(cause))
 
 
-def _axis_differences(looks: Sequence[Look], held: CertifiedMotion) -> Iterator[TermDifference]:
+def _axis_differences(
+    looks: Sequence[Look], motion: CertifiedMotion
+) -> Iterator[TermDifference]:
     """Yields the difference of the friction pyramids' angles about the normal. A pyramid has four
     edges, so angles repeat after a quarter turn."""
     angles = dict[frozenset[str], float]()
     for look in looks:
         file_axes, engine_axes = (
-            {_moving_bodies(pair, held): axis for pair, axis in terms.get("axes", ())}
+            {_moving_bodies(pair, motion): axis for pair, axis in terms.get("axes", ())}
             for terms in (look.of_file, look.of_engine)
         )
         for pair in file_axes.keys() & engine_axes.keys():
             angle = math.acos(min(1.0, abs(float(file_axes[pair] @ engine_axes[pair]))))
             angles[pair] = max(angles.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
-    if angles and (largest_angle := max(angles.values())) > TURNED:
+    largest_angle = max(angles.values(), default=0.0)
+    if largest_angle > TURNED:
         pairs = _names_of_pairs([pair for pair in angles if angles[pair] > TURNED])
-        cause = f"the pyramid of friction is turned by up to {math.degrees(largest_angle):.0f}°: {pairs}"
+        degrees = f"{math.degrees(largest_angle):.0f}°"
+        cause = f"the pyramid of friction is turned by up to {degrees}: {pairs}"
         yield TermDifference(
             AXES, largest_angle / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes"
         )
@@ -209,7 +216,10 @@ def step_differences(
     size, _ = _acceleration_difference(looks, 0, 1)
     if size > SAME_STEP:
         file_integrator, engine_integrator = integrators
-        cause = f"it steps {engine_integrator}, the file {file_integrator}: {size:.2g} of the acceleration in a step"
+        cause = (
+            f"it steps {engine_integrator}, the file {file_integrator}: {size:.2g} of the "
+            "acceleration in a step"
+        )
         yield TermDifference(INTEGRATOR, size, cause)
     size, look = _acceleration_difference(looks, 1, 2)
     if size > SAME_STEP:
@@ -238,10 +248,10 @@ def _names_of_pairs(pairs: Iterable[frozenset[str]]) -> str:
     return f"{first} and {len(more)} more" if more else first
 
 
-def _moving_bodies(pair: tuple[str, ...], held: CertifiedMotion) -> frozenset[str]:
+def _moving_bodies(pair: tuple[str, ...], motion: CertifiedMotion) -> frozenset[str]:
     """Returns the moving bodies of a pair that touches. A single body touches something that does
     not move."""
-    return frozenset(pair) & set(held.model.layout.bodies) or NAMELESS
+    return frozenset(pair) & set(motion.model.layout.bodies) or NAMELESS
 
 
 def total_force(terms: Terms) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def trims(
     saving = [trim for trim in saving if trim.same_bits] or saving
     if not saving:
         return Trims(single, None)
-    together = tuple(change for trim in saving for change in trim.changes)
+    together = tuple(chain.from_iterable(trim.changes for trim in saving))
     (combined,) = effects_of_changes(
         model, script, parts, index, [(together, model.changed(together))]
     )

@@ -15,7 +15,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from itertools import chain, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -202,10 +202,10 @@ class _Runs:
         """Returns the ends of the run in which the number has this value. Raises ParameterError and
         Unsupported."""
         if value not in self.ends:
-            self.ends[value] = self._made(self.number.moved(value))
+            self.ends[value] = self._run_ends(self.number.moved(value))
         return self.ends[value]
 
-    def _made(self, case: Case) -> Mapping[str, _End]:
+    def _run_ends(self, case: Case) -> Mapping[str, _End]:
         """Returns {observable: the end of its run} of a case. Raises Unsupported if the run is not
         complete."""
         measured, run = measure(case, self.method, self.step)
@@ -221,16 +221,17 @@ class _Runs:
             error = measured.errors[name]
             value = float(run.observables[name][-1])
             terms = error.predicted.terms if error.predicted else {}
+            by_second = value if second is None else float(second.observables[name][-1])
             ends[name] = _End(
-                value,
-                value - error.end,
-                _predicted_error(error),
-                tuple(part[name] for part in series) if terms else (),
-                _rounding_bound(error, measured.steps),
-                0.0 if second is None else value - float(second.observables[name][-1]),
-                error.model_error,
-                error.uncertainty,
-                measured.steps,
+                value=value,
+                exact=value - error.end,
+                error=_predicted_error(error),
+                terms=tuple(part[name] for part in series) if terms else (),
+                rounding=_rounding_bound(error, measured.steps),
+                control=value - by_second,
+                model=error.model_error,
+                doubt=error.uncertainty,
+                steps=measured.steps,
             )
         return ends
 
@@ -247,38 +248,41 @@ class _Runs:
             remainder += float(
                 by_series([(above - below) / distance for below, above in pairs])[-1]
             )
+        rounding = low.rounding + high.rounding + SURE * abs(high.control - low.control)
         return TriedDifference(
-            None,
-            (high.value - low.value) / distance,
-            (high.exact - low.exact) / distance - exact,
-            (high.error - low.error) / distance,
-            (low.rounding + high.rounding + SURE * abs(high.control - low.control)) / distance,
-            remainder,
+            eps=None,
+            computed=(high.value - low.value) / distance,
+            truncation=(high.exact - low.exact) / distance - exact,
+            slope=(high.error - low.error) / distance,
+            rounding=rounding / distance,
+            remainder=remainder,
         )
 
-    def beside(self, what: str, name: str, shifts: Array) -> Array:
-        """Returns a field, named by `what`, of the ends of runs whose number is shifted by `shifts`
+    def read_at_shifts(self, field_name: str, name: str, shifts: Array) -> Array:
+        """Returns the field `field_name` of the ends of runs whose number is shifted by `shifts`
         (relative to its size), shape (n,). It is NaN for a shift at which no run is possible."""
 
         def read(shift: float) -> float:
             try:
-                return float(getattr(self.at(self.number.value + shift)[name], what))
+                return float(getattr(self.at(self.number.value + shift)[name], field_name))
             except (ParameterError, Unsupported):
                 return math.nan
 
         return np.array([read(shift) for shift in (shifts * self.number.size).tolist()])
 
-    def slope(self, what: str, name: str) -> float:
+    def slope(self, field_name: str, name: str) -> float:
         """Returns the derivative of a field of the ends, such as the predicted error, by a
         difference of size NEAR. All differences share this slope: if a theory takes the run's own
         steps, the predicted error has the rounding of those steps, too. NaN if one of the two runs
         is not possible."""
-        low, high = self.beside(what, name, NEAR * np.array(CENTRAL.values(0.0, 1.0)))
+        low, high = self.read_at_shifts(
+            field_name, name, NEAR * np.array(CENTRAL.values(0.0, 1.0))
+        )
         return float(high - low) / (2.0 * NEAR * self.number.size)
 
     def noise(self, name: str) -> float:
         """Returns the standard deviation of the rounding of an end; 0 if there is no run."""
-        ends = self.beside("value", name, FINE * np.arange(0.5, BESIDE))
+        ends = self.read_at_shifts("value", name, FINE * np.arange(0.5, BESIDE))
         scatter = np.nan_to_num(np.diff(ends, SMOOTH))
         return float(np.sqrt(np.mean(scatter**2) / math.comb(2 * SMOOTH, SMOOTH)))
 
@@ -295,7 +299,9 @@ class _Runs:
         special motion, next to which another theory holds. It has a corner if a switch falls on the
         end of a step."""
         shifts = np.array([eps, NEAR, 2.0 * NEAR])
-        below, middle, above = (self.beside("error", name, s * shifts) for s in (-1, 0, 1))
+        below, middle, above = (
+            self.read_at_shifts("error", name, s * shifts) for s in (-1, 0, 1)
+        )
         at_eps, at_near, at_twice_near = np.nan_to_num(
             (above - 2.0 * middle + below) / shifts / self.number.size
         )
@@ -305,7 +311,8 @@ class _Runs:
 def _predicted_error(error: ObservedError) -> float:
     """Returns the predicted error at the end. It is 0 for a solver that is compared with a second
     run. It is NaN if there is no theory, or theory predicts that the motion is lost."""
-    if (predicted := error.predicted) is None:
+    predicted = error.predicted
+    if predicted is None:
         return math.nan if error.controlled is None else 0.0
     if predicted.largest > error.scale > 0.0:  # the predicted error is larger than the motion
         return math.nan
@@ -347,7 +354,7 @@ def _gradients_by_number(
         *(own.way for own in engine.abilities_of(OwnDerivative)),
     )
     blank = [
-        Gradient(name, number.name, way, step=step) for name in search.of for way in wanted
+        Gradient(name, number.name, way, step=step) for name, way in product(search.of, wanted)
     ]
     runs = _Runs(number, method, step, search.of)
     try:
@@ -392,13 +399,13 @@ def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
 
 
 def _difference_gradient(
-    runs: _Runs, record: Gradient, way: DifferenceWay, asked: tuple[float, ...]
+    runs: _Runs, record: Gradient, way: DifferenceWay, asked_eps: tuple[float, ...]
 ) -> Gradient:
     """Returns a record with its differences. Raises Unsupported if no value next to the number's is
     possible."""
     differences = list[TriedDifference]()
     why = ""
-    for eps in sorted(asked or (part * runs.number.size for part in SWEEP), reverse=True):
+    for eps in sorted(asked_eps or (part * runs.number.size for part in SWEEP), reverse=True):
         try:
             differences.append(_difference(runs, record, way, eps))
         except (ParameterError, Unsupported) as error:
@@ -490,7 +497,7 @@ def _growth(number: Number, end: float) -> float:
 
 
 def _timed(
-    of: Derivatives, engine: Engine, runs: _Runs, record: Gradient
+    derivatives_of: Derivatives, engine: Engine, runs: _Runs, record: Gradient
 ) -> tuple[float, float]:
     """Returns the derivative of one observable, and its cost in runs. Raises Unsupported."""
     number = runs.number
@@ -499,7 +506,7 @@ def _timed(
     begin = time.thread_time()
     engine.prepare(number.case, method, step).run()
     between = time.thread_time()
-    computed = _one_derivative(of, number, method, step, record)
+    computed = _one_derivative(derivatives_of, number, method, step, record)
     return computed, (time.thread_time() - between) / max(between - begin, SHORTEST)
 
 
@@ -522,10 +529,10 @@ def _error_slope(runs: _Runs, record: Gradient) -> TriedDifference:
 
 
 def _one_derivative(
-    of: Derivatives, number: Number, method: Method, step: float, record: Gradient
+    derivatives_of: Derivatives, number: Number, method: Method, step: float, record: Gradient
 ) -> float:
     """Returns the derivative of one observable. Raises Unsupported."""
-    asked = of(number, method, step)
-    if record.of not in asked:
-        raise Unsupported(f"{record.way} gives {', '.join(asked)} alone")
-    return asked[record.of]
+    derivatives = derivatives_of(number, method, step)
+    if record.of not in derivatives:
+        raise Unsupported(f"{record.way} gives {', '.join(derivatives)} alone")
+    return derivatives[record.of]

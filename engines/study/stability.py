@@ -124,7 +124,9 @@ def scene_limits(scene: Scene, method: Method, by_runs: bool = True) -> SceneLim
     if by_runs:
         return searched_limits(case, method, theory, predicted)
     return SceneLimits(
-        tuple(MeasuredLimit(of.kind, of.step, None, None, of.why) for of in predicted)
+        tuple(
+            MeasuredLimit(limit.kind, limit.step, None, None, limit.why) for limit in predicted
+        )
     )
 
 
@@ -134,10 +136,14 @@ def searched_limits(
     """Returns the limits of a case, by a search that begins at the `predicted` limits."""
     trials = Trials(case, method, theory)
     by_kind = {limit.kind: limit for limit in predicted}
-    unstable = _limit(trials, "unstable", by_kind.get("unstable"), trials.steady, FIRST)
+    unstable = _limit(
+        trials, "unstable", by_kind.get("unstable"), trials.keeps_nudge_small, FIRST
+    )
     start = (unstable.holds or unstable.fails or 0.0) / trials.fastest
-    changes = _limit(trials, "changes-kind", by_kind.get("changes-kind"), trials.kept, start)
-    if changes.fails and not trials.steady(exponent(changes.fails / trials.fastest)):
+    changes = _limit(
+        trials, "changes-kind", by_kind.get("changes-kind"), trials.keeps_kind, start
+    )
+    if changes.fails and not trials.keeps_nudge_small(exponent(changes.fails / trials.fastest)):
         # The first search may have begun beyond unstable steps.
         predicted_step = unstable.predicted
         reason = unstable.reason
@@ -166,12 +172,12 @@ def _limit(
         unstable, changed = trials.outcome(failed)
         why = unstable or changed
     return MeasuredLimit(
-        kind,
-        None if predicted is None else predicted.step,
-        None if held is None else trials.step(held),
-        None if failed is None else trials.step(failed),
-        why,
-        "" if predicted is None else predicted.why,
+        kind=kind,
+        predicted=None if predicted is None else predicted.step,
+        holds=None if held is None else trials.step(held),
+        fails=None if failed is None else trials.step(failed),
+        why=why,
+        reason="" if predicted is None else predicted.why,
     )
 
 
@@ -189,11 +195,11 @@ class Trials:
     theory: StabilityTheory | None
     outcomes: dict[int, Outcome] = field(default_factory=dict)
 
-    def steady(self, number: int) -> bool:
+    def keeps_nudge_small(self, number: int) -> bool:
         """Whether a nudge stays small at a step of the grid."""
         return not self.outcome(number)[0]
 
-    def kept(self, number: int) -> bool:
+    def keeps_kind(self, number: int) -> bool:
         """Whether a nudge stays small and the motion stays of its kind."""
         return not any(self.outcome(number))
 
@@ -204,7 +210,7 @@ class Trials:
     def outcome(self, number: int) -> Outcome:
         """Returns the outcome of runs at a step of the grid."""
         if number not in self.outcomes:
-            self.outcomes[number] = self._tried(self.step(number))
+            self.outcomes[number] = self._run_outcome(self.step(number))
         return self.outcomes[number]
 
     @cached_property
@@ -234,14 +240,13 @@ class Trials:
     def scales(self) -> Mapping[str, float]:
         """{observable of the state: its largest magnitude}; the scale of an angle is at most one
         radian."""
-        return {
-            o.name: min(
-                float(np.abs(self.exact[o.name]).max()), 1.0 if o.unit == "rad" else np.inf
-            )
-            or 1.0
-            for o in self.case.system.observables
-            if not o.force
-        }
+        scales = {}
+        for observable in self.case.system.observables:
+            if not observable.force:
+                most = 1.0 if observable.unit == "rad" else math.inf
+                largest = float(np.abs(self.exact[observable.name]).max())
+                scales[observable.name] = min(largest, most) or 1.0
+        return scales
 
     @cached_property
     def grown_scales(self) -> Mapping[str, float]:
@@ -258,7 +263,9 @@ class Trials:
         system = self.case.system
         parameters = self.case.scene.parameters
         names = [name for name in system.start if name in parameters] or system.start[-1:]
-        changes = {name: self._moved(name, parameters.get(name, 0.0)) for name in names}
+        changes = {
+            name: self._nudged_parameter(name, parameters.get(name, 0.0)) for name in names
+        }
         changed = system.change(parameters, changes)
         return case_of(replace(self.case.scene, parameters=changed))
 
@@ -268,7 +275,7 @@ class Trials:
         growth = self.theory.growth(STEPS * self.fastest * FIRST) if self.theory else 1.0
         return min(max(SMALL / (LOST_GROWTH * growth), SMALLEST_NUDGE), NUDGE)
 
-    def _moved(self, name: str, value: Any) -> Any:
+    def _nudged_parameter(self, name: str, value: Any) -> Any:
         """Returns the `value` of a parameter of the start, moved by the nudge."""
         values = np.asarray(value, dtype=np.float64)
         size = self.nudge * self.scales.get(name, float(np.abs(values).max()) or 1.0)
@@ -279,14 +286,14 @@ class Trials:
         """The kind of the exact motion."""
         return self.theory.kind_of(self.exact) if self.theory else ""
 
-    def _tried(self, step: float) -> Outcome:
+    def _run_outcome(self, step: float) -> Outcome:
         """Returns the outcome of runs at a step [s]."""
         steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
         with np.errstate(all="ignore"):  # runs that are lost overflow
-            early = self._kept(step, PILOT)
-            return early if early[0] else self._kept(step, steps)
+            early = self._outcome_of_steps(step, PILOT)
+            return early if early[0] else self._outcome_of_steps(step, steps)
 
-    def _kept(self, step: float, steps: int) -> Outcome:
+    def _outcome_of_steps(self, step: float, steps: int) -> Outcome:
         """Returns the outcome of runs of so many steps [s]."""
         run = self._run(self.case, step, steps)
         if why := _loss(run):
@@ -296,8 +303,8 @@ class Trials:
             name = next(iter(beyond))
             why = f"{name.replace('_', ' ')} differs by {beyond[name]:.2g} times its scale"
             return why, why
-        grown = self._grown(run, self._run(self.nudged, step, steps))
-        return grown, self._changed(run)
+        grown = self._excessive_growth(run, self._run(self.nudged, step, steps))
+        return grown, self._change_of_kind(run)
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
         """Returns a run of `case` with so many steps [s]."""
@@ -305,7 +312,7 @@ class Trials:
             engine_of(self.method).prepare(case.lasting(steps * step), self.method, step).run()
         )
 
-    def _grown(self, run: Trajectory, nudged: Trajectory) -> str:
+    def _excessive_growth(self, run: Trajectory, nudged: Trajectory) -> str:
         """Explains how a nudge has grown beyond its growth in the exact motion; empty if the growth
         is allowed."""
         if why := _loss(nudged):
@@ -321,13 +328,13 @@ class Trials:
         growth = differences / (differences[0] or self.nudge)
         if growth.max() <= LOST_GROWTH:
             return ""
-        beyond = growth / self._growth(run.times)
+        beyond = growth / self._exact_growth(run.times)
         if beyond.max() <= LOST_GROWTH:
             return ""
         first_beyond = int(np.argmax(beyond > LOST_GROWTH))
         return f"a nudge grows {LOST_GROWTH:.0f}-fold within {run.times[first_beyond]:.3g} s"
 
-    def _growth(self, times: Array) -> Array:
+    def _exact_growth(self, times: Array) -> Array:
         """Returns the factors by which the exact motion magnifies a nudge until `times` [s], shape
         (n,). The factors are computed for durations that double; each is used for all times up to
         its duration."""
@@ -337,7 +344,7 @@ class Trials:
         factors = np.array([self.theory.growth(float(t)) for t in lasting])
         return np.asarray(factors[np.searchsorted(lasting, times).clip(max=7)])
 
-    def _changed(self, run: Trajectory) -> str:
+    def _change_of_kind(self, run: Trajectory) -> str:
         """Explains how the motion is of another kind; empty if it is of the same kind."""
         kind = self.theory.kind_of(run.observables) if self.theory else ""
         return "" if kind == self.kind else f"{self.kind} becomes {kind}"

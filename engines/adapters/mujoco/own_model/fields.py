@@ -18,15 +18,16 @@ def field_texts(model: Any) -> Mapping[str, str]:
     """Returns {field: its numbers, or its shape and a digest of many numbers} of a compiled model,
     options first."""
     options = {f"opt.{n}": np.asarray(getattr(model.opt, n)) for n in _names(model.opt)}
-    arrays = {n: a for n in _names(model) if isinstance(a := getattr(model, n), np.ndarray)}
-    kept = {n: a for n, a in arrays.items() if a.size and not n.startswith(DERIVED)}
+    values = {name: getattr(model, name) for name in _names(model)}
+    arrays = {name: a for name, a in values.items() if isinstance(a, np.ndarray)}
+    kept = {name: a for name, a in arrays.items() if a.size and not name.startswith(DERIVED)}
     return {name: _text(values) for name, values in (options | kept).items()}
 
 
-def _names(of: Any) -> list[str]:
+def _names(record: Any) -> list[str]:
     """Returns the names of attributes without the tables of sparse matrices, which begin with a
     capital."""
-    return [name for name in dir(of) if name[0].islower()]
+    return [name for name in dir(record) if name[0].islower()]
 
 
 def _text(values: Any) -> str:

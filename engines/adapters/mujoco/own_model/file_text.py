@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -39,7 +40,8 @@ def write_without(source: Path, left_out: Sequence[Change], target: Path) -> tup
     try:
         root = _with_includes(source, source.parent)
         makers = _makers(root, part)
-        kept = tuple(c for change in left_out if (c := _part_in_text(change, makers)))
+        parts = (_part_in_text(change, makers) for change in left_out)
+        kept = tuple(part for part in parts if part is not None)
         if not kept:
             what = "omitted: what this motion does not need has no text of its own in the file"
             raise ParameterError("write trimmed", str(target), what)
@@ -121,10 +123,13 @@ def _part_in_text(change: Change, makers: Makers) -> Change | None:
     after = 0
     geoms_of_element = Counter(makers.values())
     for field, indices, value in change.sets:
-        of = {i: makers[at] for i in indices if (at := (field.partition("_")[0], i)) in makers}
-        changed = Counter(of.values())
+        kind = field.partition("_")[0]
+        maker_of = {i: makers[kind, i] for i in indices if (kind, i) in makers}
+        changed = Counter(maker_of.values())
         included = tuple(
-            i for i, element in of.items() if changed[element] == geoms_of_element[element]
+            i
+            for i, element in maker_of.items()
+            if changed[element] == geoms_of_element[element]
         )
         before = before + len(indices)
         after = after + len(included)
@@ -141,7 +146,7 @@ def _text_without(root: Element, changes: Sequence[Change], makers: Makers) -> s
     edits: dict[int, dict[str, str]] = {}
     option = Element("option")
     flags = 0
-    for field, indices, value in (setting for change in changes for setting in change.sets):
+    for field, indices, value in chain.from_iterable(change.sets for change in changes):
         kind, _, name = field.partition("_")
         for i in indices:
             edits.setdefault(makers[kind, i], {})[name] = f"{value:.12g}"

@@ -254,13 +254,13 @@ class HiddenTouches:
             axis = data.geom_xmat[second][2::3]
             spin = spin - (spin @ axis) * axis
         return PairState(
-            time,
-            distance,
-            connection @ axes / _length(connection),
-            places @ axes,
-            velocities @ axes,
-            spin @ axes,
-            max(_length(spin), _length(turn)),
+            time=time,
+            distance=distance,
+            normal=connection @ axes / _length(connection),
+            places=places @ axes,
+            velocities=velocities @ axes,
+            spin=spin @ axes,
+            turning=max(_length(spin), _length(turn)),
         )
 
     def _points(self, geom: int) -> Array:

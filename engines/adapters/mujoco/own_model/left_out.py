@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 import mujoco
@@ -38,7 +39,8 @@ def removable_features(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change
             yield Change(name, (("disableflags", (), bits),))
     if not constrained:
         return  # the features below act on constraints alone
-    if large := tuple(np.flatnonzero(collides & (model.geom_condim > 3)).tolist()):
+    large = tuple(np.flatnonzero(collides & (model.geom_condim > 3)).tolist())
+    if large:
         yield Change("condim above 3", (("geom_condim", large, 3),))
     if model.opt.iterations > FEW:
         yield Change(f"iterations above {FEW}", (("iterations", (), FEW),))
@@ -49,7 +51,7 @@ def removable_features(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change
 def _never_touching(model: Any, collides: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
     """Yields changes without the collisions of geoms, and without the contact pairs, that never
     touch."""
-    touched = {geom for pair in met for geom in pair}
+    touched = set(chain.from_iterable(met))
     if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
         geoms = (

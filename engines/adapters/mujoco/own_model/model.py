@@ -159,29 +159,29 @@ class MujocoModel:
         return model
 
     @cached_property
-    def _neighbours(self) -> tuple[tuple[Any, Any], ...]:
+    def _shared_models(self) -> tuple[tuple[Any, Any], ...]:
         """The model without sensors for `function_stepper` and for `stepper`, each with its mjData.
         All steppers of a kind share them, as copies of models with textures take long."""
         model = self._as_stepped()
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         models = (with_converging_solver(copy.copy(model)), model)
-        return tuple((model, self._begun(model)) for model in models)
+        return tuple((model, self._new_data(model)) for model in models)
 
     def stepper(self, integrator: str, step: float) -> UserStepper:
         """Returns a stepper of the model. If the file has refsafe on, contacts are as refsafe makes
         them at each step."""
-        return UserStepper(*self._neighbours[1], self.start, integrator, step)
+        return UserStepper(*self._shared_models[1], self.start, integrator, step)
 
     def function_stepper(self, integrator: str, step: float) -> UserStepper:
         """Returns a stepper whose constraint solver runs to its floor: the state after a step is a
         smooth function of the state before it."""
-        return UserStepper(*self._neighbours[0], self.start, integrator, step)
+        return UserStepper(*self._shared_models[0], self.start, integrator, step)
 
     @collected()
     def place(self, state: Array, control: Array, weights: Array) -> Place:
         """Returns the joint or activation with most of the `weights` of the tangent space, shape
         (m,), in a state under a control."""
-        model, data = self._neighbours[0]
+        model, data = self._shared_models[0]
         put(data, state)
         data.ctrl[:] = control
         mujoco.mj_forward(model, data)
@@ -191,12 +191,12 @@ class MujocoModel:
         """Returns the rates of the continuous motion, with contacts that begin over a layer of
         `width` [m], if given."""
         model = without_step(copy.copy(self.effective))
-        return ContinuousField(model, self._begun(model), width, self.drive)
+        return ContinuousField(model, self._new_data(model), width, self.drive)
 
     def hidden_touches(self, field: ContinuousField, start: Array) -> HiddenTouches:
         """Returns a search for touches within the steps of an integration of a `field` of this
         model from the state `start`."""
-        return HiddenTouches(field.model, field.data, self._begun(field.model), start)
+        return HiddenTouches(field.model, field.data, self._new_data(field.model), start)
 
     @property
     def unchecked(self) -> tuple[str, ...]:
@@ -223,7 +223,7 @@ class MujocoModel:
 
     def terms(self) -> MujocoTerms:
         """Returns the terms of the equations of motion, as a function of the state."""
-        return MujocoTerms(self.effective, self._begun(self.effective))
+        return MujocoTerms(self.effective, self._new_data(self.effective))
 
     @collected()
     def stepped(
@@ -232,7 +232,7 @@ class MujocoModel:
         """Returns a run of the model's own steps, `parts` in a control period. If `single`, the
         state is rounded to single precision after each step."""
         model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
-        data = self._begun(model)
+        data = self._new_data(model)
         put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
         states[0] = script.start
@@ -272,7 +272,7 @@ class MujocoModel:
         """Returns steps to be timed: the first `steps` of `parts` in each period of `script`. A
         period begins at its row of `states`, or where the last period ended if the row is NaN."""
         model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
-        return TimedPeriods(model, self._begun(model), states, script.controls, steps)
+        return TimedPeriods(model, self._new_data(model), states, script.controls, steps)
 
     def recorded(self, policy: Policy, period: float, duration: float) -> Array:
         """Returns the controls that a policy gives while it runs at the model's own step for a
@@ -284,25 +284,24 @@ class MujocoModel:
         """Returns features to remove, each to be tried, chosen from the model's own steps under
         `script`."""
         with collected():
-            pairs = (
-                pair for data in self._looks(script) for pair in data.contact.geom.tolist()
-            )
-            met = {tuple(sorted(pair)) for pair in pairs}
+            met = set[tuple[int, ...]]()
+            for data in self._data_after_steps(script):
+                met |= {tuple(sorted(pair)) for pair in data.contact.geom.tolist()}
         return tuple(left_out.removable_features(self.effective, met))
 
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]:
         """Yields the periods and states of the model's own steps at which something touches."""
         with collected():
-            for data in self._looks(script):
+            for data in self._data_after_steps(script):
                 if data.contact.dist.min(initial=1.0) <= 0.0:
                     period = min(int(data.time / script.period), len(script.controls) - 1)
                     yield period, state_of(data)
 
-    def _looks(self, script: Script) -> Iterator[Any]:
+    def _data_after_steps(self, script: Script) -> Iterator[Any]:
         """Yields the mjData after each own step. Its contacts are those at the beginning of that
         step."""
         model = copy.copy(self.effective)
-        data = self._begun(model)
+        data = self._new_data(model)
         put(data, script.start)
         for control in script.controls:
             data.ctrl[:] = control
@@ -318,7 +317,7 @@ class MujocoModel:
         left_out.apply(model, changes)
         return replace(self, effective=model)
 
-    def _begun(self, model: Any) -> Any:
+    def _new_data(self, model: Any) -> Any:
         """Returns new mjData of `model` with the mocap poses and the active constraints of the
         start; positions and velocities are those of the drawing."""
         return like_start(mujoco.MjData(model), self.start)
@@ -338,7 +337,7 @@ class MujocoModel:
         """Returns corner points of the bodies [m], shape (len(states), corners, 3). The largest
         displacement of a corner is the error of its body, so that its rotation counts, too."""
         model = self.effective
-        data = self._begun(model)
+        data = self._new_data(model)
         offsets, bodies = self._corners
         places = np.full((len(states), len(bodies), 3), np.nan)
         for k, state in enumerate(states):
@@ -353,7 +352,7 @@ class MujocoModel:
         """Returns the centres of mass of the bodies [m] and their attitudes as quaternions, scalar
         first, shape (len(states), bodies, 7)."""
         model = self.effective
-        data = self._begun(self.effective)
+        data = self._new_data(self.effective)
         poses = np.full((len(states), model.nbody, 7), np.nan)
         for k, state in enumerate(states):
             if np.isfinite(state[: model.nq]).all():
@@ -371,7 +370,7 @@ class MujocoModel:
     def readings(self, states: Array) -> Signals:
         """Returns {name: values of shape (len(states),)} of the energy [J] and of violations of
         contacts, limits and equalities [m or rad], without those that the model cannot have."""
-        return readings(self.effective, self._begun(self.effective), states)
+        return readings(self.effective, self._new_data(self.effective), states)
 
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
@@ -423,11 +422,8 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     integrator = integrator_of(model)
     if integrator not in INTEGRATORS:
         raise NotCertifiable(f"its integrator is {integrator}")
-    refusals = {
-        name_of_integrator: why
-        for name_of_integrator in INTEGRATORS
-        if (why := _refusal(model, name_of_integrator))
-    }
+    reasons = {name: _refusal(model, name) for name in INTEGRATORS}
+    refusals = {name: why for name, why in reasons.items() if why}
     if integrator in refusals:
         raise NotCertifiable(refusals[integrator])
     notes = _notes(model, data) + tuple(

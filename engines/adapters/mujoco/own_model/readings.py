@@ -24,11 +24,10 @@ def control_names(model: Any) -> tuple[str, ...]:
     count = actuator_count(model)
     several = getattr(model, "actuator_ctrlnum", np.ones(count, int))
     names = [name_of(model, "actuator", i) for i in range(count)]
-    return tuple(
-        f"{name}[{k}]" if size > 1 else name
-        for name, size in zip(names, several, strict=True)
-        for k in range(size)
-    )
+    controls = list[str]()
+    for name, size in zip(names, several, strict=True):
+        controls += [f"{name}[{k}]" for k in range(size)] if size > 1 else [name] * size
+    return tuple(controls)
 
 
 def pair_name(model: Any, pair: Any) -> str:

@@ -73,15 +73,15 @@ def rigid_piece(
         compiled.geom_friction[:, 0] = compiled.pair_friction[:, :2] = friction
     _lower_to_plane(compiled)
     return RigidPiece(
-        compiled,
-        spec,
-        tuple(name_of(model, "geom", geom) for geom in geoms),
-        name_of(model, "body", root),
-        name_of(model, "geom", plane),
-        plane,
-        int(model.body_jntnum[inside].sum()) - 1,
-        float(inertia[2, 2]),
-        tuple(_forces_left_out(model, data, root, plane)),
+        model=compiled,
+        spec=spec,
+        geoms=tuple(name_of(model, "geom", geom) for geom in geoms),
+        body=name_of(model, "body", root),
+        plane=name_of(model, "geom", plane),
+        plane_number=plane,
+        locked=int(model.body_jntnum[inside].sum()) - 1,
+        inertia=float(inertia[2, 2]),
+        notes=tuple(_forces_left_out(model, data, root, plane)),
     )
 
 
@@ -243,7 +243,8 @@ def _copy_pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
     """Copies the contact pairs of the plane with the geoms."""
     numbers = _pairs_of(model)
     for k, geom in enumerate(geoms):
-        if (i := numbers.get(frozenset((plane, geom)))) is not None:
+        i = numbers.get(frozenset((plane, geom)))
+        if i is not None:
             added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}")
             added.condim = int(model.pair_dim[i])
             for name in PAIR:

@@ -221,17 +221,17 @@ class MujocoContacts(RigidPiece):
             raise NotCertifiable("friction has two coefficients, one for each direction")
         moments = (dimensions > 3) & (friction[:, 2] > 0.0)
         return Standing(
-            self.body,
-            self.plane,
-            float(self.model.body_mass[1]),
-            self.inertia,
-            -float(self.model.opt.gravity[2]),
-            floor.feet,
-            floor.points[:, :2],
-            -float(floor.points[:, 2].mean()),
-            tuple(friction[:, 0].tolist()),
-            bool(moments.any()),
-            self.locked,
+            body=self.body,
+            plane=self.plane,
+            mass=float(self.model.body_mass[1]),
+            inertia=self.inertia,
+            gravity=-float(self.model.opt.gravity[2]),
+            feet=floor.feet,
+            points=floor.points[:, :2],
+            height=-float(floor.points[:, 2].mean()),
+            friction=tuple(friction[:, 0].tolist()),
+            torsion=bool(moments.any()),
+            locked=self.locked,
         )
 
     def let_go(self, speed: float) -> tuple[MujocoModel, int, Array]:
