@@ -99,7 +99,8 @@ class EngineError:
 
     @property
     def reason(self) -> str:
-        """Why there is no error, the run ends early, or the first term is not corrected."""
+        """The reason why there is no error, the run ends early, or the first term is not
+        corrected."""
         return self.why or (NOT_RIGHT.get(self.first.term, "") if self.first else "")
 
     @property

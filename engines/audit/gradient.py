@@ -65,7 +65,7 @@ class CertifiedGradient:
     # Names of the numbers: of the start, and constant additions to controls
     by: tuple[str, ...]
     exact: Array  # at the ends of periods, shape (n, coordinates, numbers); NaN if not known
-    uncertainty: Array  # of the largest entry, shape (n, numbers)
+    uncertainty: Array  # uncertainty of the largest entry, shape (n, numbers)
     times: Array  # [s], shape (n,)
     ways: tuple[RunDerivatives, ...]
     predicted_eps: float  # best eps of a central difference

@@ -50,7 +50,7 @@ class SceneReference:
     periods: int  # number of equal parts of the scene's duration, whose ends are the times
     times: Array
     observables: Signals  # shape (n,) each, without those that a state does not determine
-    uncertainty: Signals  # of the observables, largest so far, shape (n,) each
+    uncertainty: Signals  # largest uncertainty so far of each observable, shape (n,)
     why: str  # why it is certified no further; empty if it reaches the end
 
 
@@ -59,12 +59,12 @@ class TwoAnswers:
     """The exact and the certified answer of one observable, in its unit. Each number is the largest
     up to the time to which the motion is certified."""
 
-    error: float  # of a run against the certified answer; NaN if the run was lost
-    error_from_exact: float  # of the same run at the same times, against the exact answer
-    uncertainty: float  # of the certified answer
-    distance: float  # between the two answers
-    rounding: float  # by which double precision may have moved either answer
-    model_error: float  # declared bound on what the model in MuJoCo adds
+    error: float  # error of a run against the certified answer; NaN if the run was lost
+    error_from_exact: float  # error of the same run at the same times, against the exact answer
+    uncertainty: float  # uncertainty of the certified answer
+    distance: float  # distance between the two answers
+    rounding: float  # bound on the effect of double precision on either answer
+    model_error: float  # declared bound on the errors of the model in MuJoCo
 
     @property
     def within(self) -> bool:

@@ -140,7 +140,7 @@ class LargestSteps:
 class Point:
     """A state of the motion, and the rates of the modes of the continuous motion there."""
 
-    index: int  # of the control period
+    index: int  # index of the control period
     state: Array
     control: Array
     rates: Array  # [1/s] complex, shape (n,)
@@ -208,17 +208,17 @@ class SteppedMotion:
         return Point(index, state, control, np.asarray(rates), index > last)
 
     @quiet()
-    def state_at(self, at: Point, method: str, step: float) -> Array | None:
+    def state_at(self, point: Point, method: str, step: float) -> Array | None:
         """Returns the state of a point at a step [s]; None if the step has no state of rest."""
-        if not at.rests:
-            return at.state
+        if not point.rests:
+            return point.state
         stepper = self.steppers.function_stepper(method, step)
-        return state_at_rest(stepper, self.space, at.state, at.control, self.ends)
+        return state_at_rest(stepper, self.space, point.state, point.control, self.ends)
 
     @quiet()
     def jacobian(
         self,
-        at: Point,
+        point: Point,
         state: Array,
         method: str,
         step: float,
@@ -229,19 +229,19 @@ class SteppedMotion:
         differences of the given size, shape (m, m); times `directions`, shape (m, k), if given."""
         stepper = self.steppers.function_stepper(method, step)
         return step_jacobian(
-            stepper, self.space, state, at.control, difference, directions, self.ends
+            stepper, self.space, state, point.control, difference, directions, self.ends
         )
 
     def excess_at(
-        self, at: Point, method: str, step: float, difference: float = DIFFERENCES[0]
+        self, point: Point, method: str, step: float, difference: float = DIFFERENCES[0]
     ) -> float:
         """Returns the largest factor by which one step [s] from a point magnifies a mode beyond the
         continuous motion; 1 if the step has no state of rest."""
-        state = self.state_at(at, method, step)
+        state = self.state_at(point, method, step)
         if state is None:
             return 1.0
         return largest_excess(
-            self.jacobian(at, state, method, step, difference), at.rates, step
+            self.jacobian(point, state, method, step, difference), point.rates, step
         )
 
     def finely_stepped(self, integrator: str) -> Array:
@@ -258,11 +258,9 @@ class SteppedMotion:
         beginning of the period `index`, and in a second run at the start unless that takes more
         than MOST steps: in a motion that is already disturbed, a nudge may not grow as in the
         motion itself."""
-        fits = self.script.duration <= MOST * step
-        nudges = any(
-            self._nudge_is_lost(method, step, k) for k in {index, 0 if fits else index}
-        )
-        return nudges or math.isinf(self.last_velocity(method, step))
+        begins = {index, 0} if self.script.duration <= MOST * step else {index}
+        loses_nudge = any(self._nudge_is_lost(method, step, begin) for begin in begins)
+        return loses_nudge or math.isinf(self.last_velocity(method, step))
 
     def lost_along(self, method: str, step: float, index: int) -> bool:
         """Whether nudged runs with a step [s] along the motion are lost. If `index` stands for the
@@ -346,31 +344,33 @@ class SteppedMotion:
         return np.asarray(self.script.controls[np.minimum(periods, last)])
 
 
-def magnifies(course: SteppedMotion, at: Point, method: str, step: float) -> bool:
+def magnifies(motion: SteppedMotion, point: Point, method: str, step: float) -> bool:
     """Whether a step [s] magnifies nudges at a point. The factor must not depend on the size of the
     differences of the Jacobian by more than ALIKE."""
-    factor = course.excess_at(at, method, step)
+    factor = motion.excess_at(point, method, step)
     if factor <= 1.0 + MARGIN:
         return False
-    other = course.excess_at(at, method, step, DIFFERENCES[1])
+    other = motion.excess_at(point, method, step, DIFFERENCES[1])
     return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
 
 
-def predicted_limit(course: SteppedMotion, at: Point, method: str, most: float) -> float | None:
+def predicted_limit(
+    motion: SteppedMotion, point: Point, method: str, most: float
+) -> float | None:
     """Returns the largest step [s] that holds by the Jacobian at a point; None if all steps up to
     `most` hold. Steps double up to `most`, and the gap before the first step that fails is
     bisected."""
 
     def holds(step: float) -> bool:
-        return not magnifies(course, at, method, step)
+        return not magnifies(motion, point, method, step)
 
     def middle(held: float, failed: float) -> float | None:
         return (held + failed) / 2.0 if failed - held > RESOLVED * failed else None
 
-    fastest = float(np.abs(at.rates).max())
+    fastest = float(np.abs(point.rates).max())
     safe = SAFE / fastest if fastest else math.inf
     held = 0.0
-    failed = min(most / BEYOND if at.rests else safe, most)
+    failed = min(most / BEYOND if point.rests else safe, most)
     while holds(failed):
         if failed >= most:
             return None
@@ -379,83 +379,84 @@ def predicted_limit(course: SteppedMotion, at: Point, method: str, most: float) 
     return bisected(holds, held, failed, middle)[0]
 
 
-def limit_of_method(course: SteppedMotion, method: str) -> Limit:
+def limit_of_method(motion: SteppedMotion, method: str) -> Limit:
     """Returns the limit of a method: the lowest of the limits at points above which a nudged run is
     lost. If nudged runs hold above the limit at a point, the motion leaves that point before a
     nudge has grown."""
-    most = BEYOND * course.model.step
+    most = BEYOND * motion.model.step
     remark = ""
-    predicted = ((predicted_limit(course, at, method, most), at.index) for at in course.points)
+    predicted = (
+        (predicted_limit(motion, point, method, most), point.index) for point in motion.points
+    )
     for step, index in sorted((step, index) for step, index in predicted if step):
-        if not course.lost(method, ABOVE * step, index):
-            remark = f"; at {index * course.script.period:.3g} s a nudge grows from "
+        if not motion.lost(method, ABOVE * step, index):
+            remark = f"; at {index * motion.script.period:.3g} s a nudge grows from "
             remark += f"{1e3 * step:.3g} ms on, for a moment"
             continue
         limit = Limit(method, step, step, index=index)
-        if course.lost(method, BELOW * step, index):
-            return limit_by_runs(course, limit, f"{1e3 * step:.3g} ms by its Jacobians")
-        return check_above(course, replace(limit, first=name_of_first(course, limit)), {index})
+        if motion.lost(method, BELOW * step, index):
+            return limit_by_runs(motion, limit, f"{1e3 * step:.3g} ms by its Jacobians")
+        return check_above(motion, replace(limit, first=name_of_first(motion, limit)), {index})
     limit = Limit(method, most)
-    if course.lost(method, most):
-        return limit_by_runs(course, limit, f"none by its Jacobians{remark}")
+    if motion.lost(method, most):
+        return limit_by_runs(motion, limit, f"none by its Jacobians{remark}")
     return Limit(method, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{remark}")
 
 
-def limit_by_runs(course: SteppedMotion, limit: Limit, why: str) -> Limit:
+def limit_by_runs(motion: SteppedMotion, limit: Limit, why: str) -> Limit:
     """Returns a limit by runs alone, below a step at which runs are lost: the first of falling
     steps at which nudged runs hold and runs at neighbouring steps do not diverge."""
     assert limit.largest_step is not None
     method = limit.integrator
     index = limit.index
     step = limit.largest_step
-    while course.lost(method, step, index) or any(
-        math.isinf(course.last_velocity(method, n * step)) for n in NEAR[1:]
+    while motion.lost(method, step, index) or any(
+        math.isinf(motion.last_velocity(method, factor * step)) for factor in NEAR[1:]
     ):
         step /= SPREAD
         if step < limit.largest_step / MOST:
             return replace(limit, why="runs are lost at any step that was tried")
-    factors = [course.excess_at(at, method, ABOVE * step) for at in course.points]
-    worst = course.points[int(np.argmax(factors))].index
+    factors = [motion.excess_at(point, method, ABOVE * step) for point in motion.points]
+    worst = motion.points[int(np.argmax(factors))].index
     limit = replace(limit, largest_step=step, why=f"by nudged runs; {why}", index=worst)
-    limit = replace(limit, first=name_of_first(course, limit))
-    return check_above(course, limit, {index, worst})
+    limit = replace(limit, first=name_of_first(motion, limit))
+    return check_above(motion, limit, {index, worst})
 
 
-def check_above(course: SteppedMotion, limit: Limit, begins: set[int]) -> Limit:
+def check_above(motion: SteppedMotion, limit: Limit, begins: set[int]) -> Limit:
     """Returns the limit, confirmed if runs along the motion that are nudged at one of the periods
     `begins` are lost at ABOVE times the limit. If all of them hold, the limit comes with the
     largest step that was tried."""
     assert limit.largest_step is not None
     holds_to = None
     step = ABOVE * limit.largest_step
-    while not any(course.lost_along(limit.integrator, step, begin) for begin in begins):
+    while not any(motion.lost_along(limit.integrator, step, begin) for begin in begins):
         holds_to = step
         step *= SPREAD
-        if step > BEYOND * course.model.step:
+        if step > BEYOND * motion.model.step:
             break
     return replace(limit, confirmed=holds_to is None, holds_to=holds_to)
 
 
-def check_below(course: SteppedMotion, limit: Limit) -> Limit:
+def check_below(motion: SteppedMotion, limit: Limit) -> Limit:
     """Returns a limit after runs from the start at steps spread below it. If one of the runs
     diverges, the limit is lowered. If larger steps do not come to rest and smaller steps do,
     `chatters` is the smallest of the larger steps."""
     if not limit.confirmed:
         return limit
     method = limit.integrator
-    most = limit.largest_step or BEYOND * course.model.step
+    most = limit.largest_step or BEYOND * motion.model.step
     steps = np.geomspace(most / RATIO, most, BETWEEN)[:-1]
-    last_velocities = [course.last_velocity(method, step, MOST * most) for step in steps]
-    velocities = np.array(last_velocities)
+    velocities = np.array([motion.last_velocity(method, step, MOST * most) for step in steps])
     if np.isinf(velocities).any():
         lost = replace(limit, largest_step=float(steps[int(np.argmax(velocities))]))
-        return limit_by_runs(course, lost, f"{1e3 * most:.3g} ms by its Jacobians")
+        return limit_by_runs(motion, lost, f"{1e3 * most:.3g} ms by its Jacobians")
     first = int(np.argmax(velocities > SETTLED))
     return replace(limit, chatters=float(steps[first])) if first else limit
 
 
 @np.errstate(over="ignore")
-def first_unstable_part(course: SteppedMotion, limit: Limit) -> tuple[Place, Element | None]:
+def first_unstable_part(motion: SteppedMotion, limit: Limit) -> tuple[Place, Element | None]:
     """Returns the place that takes part most in the mode that becomes unstable first, and the
     element there that contributes most to the mode; None if the contributions hardly differ.
 
@@ -468,11 +469,11 @@ def first_unstable_part(course: SteppedMotion, limit: Limit) -> tuple[Place, Ele
     assert limit.largest_step is not None
     method = limit.integrator
     step = ABOVE * limit.largest_step
-    point = next(point for point in course.points if point.index == limit.index)
-    state = course.state_at(point, method, step)
+    point = next(point for point in motion.points if point.index == limit.index)
+    state = motion.state_at(point, method, step)
     if state is None:
         state = point.state
-    jacobian = course.jacobian(point, state, method, step)
+    jacobian = motion.jacobian(point, state, method, step)
     if not np.isfinite(jacobian).all():
         return Place(""), None
     decomposed: Any = linalg.eig(jacobian, left=True)
@@ -486,11 +487,11 @@ def first_unstable_part(course: SteppedMotion, limit: Limit) -> tuple[Place, Ele
     mode = right[:, mode_index]
     dual = left[:, mode_index].conj() / (left[:, mode_index].conj() @ right[:, mode_index])
     weights = np.abs(dual * mode)  # participation of each coordinate, independent of units
-    place = course.model.place(state, point.control, weights)
+    place = motion.model.place(state, point.control, weights)
     along = np.stack([mode.real, mode.imag], axis=1)
     strongest: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
-        weakened = course.changed(element.weaker)
+        weakened = motion.changed(element.weaker)
         weaker = weakened.jacobian(point, state, method, step, directions=along)
         change = (
             dual @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factors[mode_index]
@@ -499,33 +500,33 @@ def first_unstable_part(course: SteppedMotion, limit: Limit) -> tuple[Place, Ele
     return place, strongest[1]
 
 
-def name_of_first(course: SteppedMotion, limit: Limit) -> str:
+def name_of_first(motion: SteppedMotion, limit: Limit) -> str:
     """Names the place and the element that become unstable first beyond a limit; empty if they are
     not known."""
-    place, element = first_unstable_part(course, limit)
+    place, element = first_unstable_part(motion, limit)
     return f"{place.name}, {element.name}" if element else place.name
 
 
-def find_remedies(course: SteppedMotion, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
+def find_remedies(motion: SteppedMotion, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     """Returns changes that raise the limit of the first method, the best first. The displacement of
     bodies by a change is measured by runs with small steps of MuJoCo's most stable integrator, as
     far as the motion is known. A change is no remedy if it leaves the limit at the state that sets
     it: other joints may be as stiff."""
     limit_before = limits[0]
-    place, element = first_unstable_part(course, limit_before)
+    place, element = first_unstable_part(motion, limit_before)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
-    integrator = course.model.integrator
-    if course.built is None:
+    integrator = motion.model.integrator
+    if motion.built is None:
         integrator = max(limits, key=lambda limit: limit.reach).integrator
-    states = course.finely_stepped(integrator)
+    states = motion.finely_stepped(integrator)
     remedies = list[Remedy]()
     for change in changes:
-        changed = course.changed(change)
+        changed = motion.changed(change)
         with suppress(Unsupported):  # an engine may not express the change
             limit = raised_limit(changed, limit_before)
             if limit is not None:
                 displacement = largest_displacement(
-                    course.model, states, changed.finely_stepped(integrator)
+                    motion.model, states, changed.finely_stepped(integrator)
                 )
                 remedies.append(Remedy(change, limit, displacement))
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
@@ -554,16 +555,16 @@ def largest_steps(
     `states` are known at the ends of the periods, shape (k, n). Later limits and remedies are
     computed as far as time allows; after PATIENCE times the time allowed, the search ends."""
     ends = time.process_time() + PATIENCE * allowance.seconds
-    course = SteppedMotion(model, script, states, built, ends)
+    motion = SteppedMotion(model, script, states, built, ends)
     methods = model.steppable if built is None else (built.builds.method,)
     limits = [Limit(name, None, why=OUT_OF_TIME) for name in methods]
     remedies: tuple[Remedy, ...] = ()
     with suppress(NotCertifiable):  # raised when the time ends
-        limits[0] = check_below(course, limit_of_method(course, methods[0]))
+        limits[0] = check_below(motion, limit_of_method(motion, methods[0]))
         for k, name in enumerate(methods[1:], 1):
             if allowance.left > 0.0:
-                limits[k] = limit_of_method(course, name)
+                limits[k] = limit_of_method(motion, name)
         confirmed = limits[0].largest_step is not None and limits[0].holds_to is None
         if confirmed and allowance.left > 0.0:
-            remedies = find_remedies(course, limits)
+            remedies = find_remedies(motion, limits)
     return LargestSteps(tuple(limits), remedies, model.step, len(states) == 1)

@@ -104,7 +104,8 @@ class Gradient:
     why: str = ""  # why the way is unsupported; empty if it is not
     # Exact one-sided derivatives, if there is no other
     one_sided: tuple[float, float] | None = None
-    tried: tuple[TriedDifference, ...] = ()  # of falling eps; empty if the way is unsupported
+    # Differences with falling eps; empty if the way is unsupported
+    tried: tuple[TriedDifference, ...] = ()
     # The eps at which both parts of the error are alike. None without theory, and if the observable
     # is linear in the number. None is predicted if the number of a solver's steps changes nearby.
     predicted_best: float | None = None
