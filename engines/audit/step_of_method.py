@@ -182,8 +182,8 @@ def method_steps(
     integrators = tuple(name for name in method_of if name in model.steppable)
     groups = list[LargestSteps]()
     if integrators:
-        own_integrators = replace(model, integrator=integrators[0], steppable=integrators)
-        groups.append(largest_steps(own_integrators, script, states, allowance))
+        limited_model = model.with_integrators(integrators)
+        groups.append(largest_steps(limited_model, script, states, allowance))
     for name in (name for name in method_of if name not in integrators):
         seconds = allowance.seconds
         arguments = (method_of[name], model, script, states, seconds)

@@ -317,6 +317,11 @@ class MujocoModel:
         left_out.apply(model, changes)
         return replace(self, effective=model)
 
+    def with_integrators(self, integrators: tuple[str, ...]) -> MujocoModel:
+        """Returns the model with the first of some integrators as its own, and only these to try in
+        a search for the largest step."""
+        return replace(self, integrator=integrators[0], steppable=integrators)
+
     def _new_data(self, model: Any) -> Any:
         """Returns new mjData of `model` with the mocap poses and the active constraints of the
         start; positions and velocities are those of the drawing."""
