@@ -137,8 +137,9 @@ class Audit:
         if self.found is None:
             return 0
         errors = self.found.own.errors[: self.found.index + 1]
-        known = self.reference.uncertainty[: self.found.index + 1]
-        return int(np.flatnonzero((errors > RESOLVED * known) | (known == 0.0))[-1])
+        uncertainty = self.reference.uncertainty[: self.found.index + 1]
+        resolved = (errors > RESOLVED * uncertainty) | (uncertainty == 0.0)
+        return int(np.flatnonzero(resolved)[-1])
 
     def assert_referenced(self) -> None:
         """Raises AssertionError unless the error is known over the whole motion."""

@@ -48,9 +48,9 @@ def ratio(cost: Cost, other: Cost, steps: float = 1.0) -> Ratio:
 def timed_periods(
     model: OwnModel, script: Script, states: Array, integrator: str, parts: int, seconds: float
 ) -> Timed:
-    """Returns steps to be timed: about `PIECE` [s] of the motion whose `states`, shape (n, ...),
-    are known, at `parts` steps in a control period. A shorter motion is repeated. Of a longer
-    motion the beginnings of periods spread over it are taken. `seconds` is the time of the whole
+    """Returns steps to be timed: about `PIECE` [s] of the motion with known `states`, shape (n,
+    ...), at `parts` steps in a control period. A shorter motion is repeated; in a longer motion the
+    steps are the beginnings of periods spread over it. `seconds` is the time of the whole
     motion."""
     periods = min(len(states), len(script.controls))
     wanted = PIECE / max(seconds, 1e-9) * len(script.controls)
@@ -58,11 +58,11 @@ def timed_periods(
     places = np.linspace(0, periods - 1, min(periods, count)).astype(int)
     chosen = np.resize(places, count)
     steps = math.ceil(parts * min(1.0, wanted / count))
-    begun = states[chosen]
+    starts = states[chosen]
     if steps == parts:
-        begun[1:][np.diff(chosen) == 1] = np.nan  # the period continues the one before
-    some = Script(script.start, script.period, script.controls[chosen])
-    return model.timed(some, begun, integrator, parts, steps)
+        starts[1:][np.diff(chosen) == 1] = np.nan  # the period continues the one before
+    timed_script = Script(script.start, script.period, script.controls[chosen])
+    return model.timed(timed_script, starts, integrator, parts, steps)
 
 
 def costs_in_turns(timed: Sequence[Timed]) -> tuple[Cost, ...]:

@@ -306,7 +306,7 @@ def _run(
     for k, control in enumerate(script.controls):
         for _ in range(calls):
             if right:
-                # Activations, which the engine does not have
+                # Activations that the engine does not have
                 state = np.append(state, motion.states[k, state.size :])
                 force = _correcting_force(terms, peer, state, control, right, motion.model.step)
             state = peer.advance(control, force, parts // calls)

@@ -455,17 +455,46 @@ def check_below(motion: SteppedMotion, limit: Limit) -> Limit:
     return replace(limit, chatters=float(steps[first])) if first else limit
 
 
+@dataclass(frozen=True)
+class UnstableMode:
+    """A mode of a step that grows beyond its partner among the modes of the continuous motion."""
+
+    factor: complex  # factor by which it grows in a step
+    right: Array  # right eigenvector, complex, shape (m,)
+    dual: Array  # left eigenvector, complex, scaled so that its product with `right` is 1
+
+
+@np.errstate(over="ignore")
+def first_unstable_mode(jacobian: Array, rates: Array, step: float) -> UnstableMode | None:
+    """Returns the first mode of a step [s], by magnitude, that exceeds its partner of the
+    continuous motion; None if none does. `jacobian` is the derivative of the step, shape (m, m);
+    `rates` [1/s] are those of the continuous modes, shape (m,)."""
+    from scipy import linalg
+
+    if not np.isfinite(jacobian).all():
+        return None
+    decomposed: Any = linalg.eig(jacobian, left=True)
+    factors, left, right = decomposed
+    order = np.argsort(-np.abs(factors))
+    partners = np.exp(-np.sort(-rates.real) * step)
+    exceeding = np.abs(factors[order]) > (1.0 + MARGIN) * np.maximum(partners, 1.0)
+    if not exceeding.any():
+        return None
+    mode_index = order[int(np.argmax(exceeding))]
+    mode = right[:, mode_index]
+    conjugate = left[:, mode_index].conj()
+    return UnstableMode(factors[mode_index], mode, conjugate / (conjugate @ mode))
+
+
 @np.errstate(over="ignore")
 def first_unstable_part(motion: SteppedMotion, limit: Limit) -> tuple[Place, Element | None]:
     """Returns the place that takes part most in the mode that becomes unstable first, and the
     element there that contributes most to the mode; None if the contributions hardly differ.
 
-    The mode is the first by magnitude that exceeds its partner of the continuous motion a little
-    beyond the limit, at the state that sets the limit. The contribution of an element is the change
-    of the growth of that mode, to first order, when the element is weakened.
+    The mode is taken a little beyond the limit, at the state that sets the limit. The contribution
+    of an element is the change of the growth of the mode, to first order, when the element is
+    weakened.
     """
-    from scipy import linalg
-
     assert limit.largest_step is not None
     method = limit.integrator
     step = ABOVE * limit.largest_step
@@ -474,28 +503,18 @@ def first_unstable_part(motion: SteppedMotion, limit: Limit) -> tuple[Place, Ele
     if state is None:
         state = point.state
     jacobian = motion.jacobian(point, state, method, step)
-    if not np.isfinite(jacobian).all():
+    mode = first_unstable_mode(jacobian, point.rates, step)
+    if mode is None:
         return Place(""), None
-    decomposed: Any = linalg.eig(jacobian, left=True)
-    factors, left, right = decomposed
-    order = np.argsort(-np.abs(factors))
-    partners = np.exp(-np.sort(-point.rates.real) * step)
-    exceeding = np.abs(factors[order]) > (1.0 + MARGIN) * np.maximum(partners, 1.0)
-    if not exceeding.any():
-        return Place(""), None
-    mode_index = order[int(np.argmax(exceeding))]
-    mode = right[:, mode_index]
-    dual = left[:, mode_index].conj() / (left[:, mode_index].conj() @ right[:, mode_index])
-    weights = np.abs(dual * mode)  # participation of each coordinate, independent of units
+    weights = np.abs(mode.dual * mode.right)  # participation, independent of units
     place = motion.model.place(state, point.control, weights)
-    along = np.stack([mode.real, mode.imag], axis=1)
+    along = np.stack([mode.right.real, mode.right.imag], axis=1)
     strongest: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
         weakened = motion.changed(element.weaker)
         weaker = weakened.jacobian(point, state, method, step, directions=along)
-        change = (
-            dual @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factors[mode_index]
-        )
+        changes = mode.dual @ (weaker - jacobian @ along)  # along the two parts of the mode
+        change = changes @ np.array([1.0, 1.0j]) / mode.factor
         strongest = max(strongest, (-float(change.real), element), key=lambda entry: entry[0])
     return place, strongest[1]
 

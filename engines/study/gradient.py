@@ -441,8 +441,10 @@ def _difference(
     name = record.of
     low, high = way.values(number.value, eps)
     difference = runs.difference(name, (low, high), record.reference)
-    near = (NEAR, *([eps / number.size] if low == number.value else []))
-    contact_bound = max(runs.corner(name, each) for each in near)
+    sizes = [NEAR]
+    if low == number.value:
+        sizes.append(eps / number.size)
+    contact_bound = max(runs.corner(name, size) for size in sizes)
     contact_bound += (
         JUMP * sum(runs.at(value)[name].model for value in (low, high)) / (high - low)
     )
