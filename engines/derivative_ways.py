@@ -1,11 +1,11 @@
 """Ways to the derivative of a run by one number p of its start, its controls or its parameters.
 
-With a result o(p) of the run, of which rounding leaves R uncertain, differences of runs are
+With a result o(p) of the run, which rounding makes uncertain by R, differences of runs are
 
     central:  (o(p + eps) - o(p - eps)) / (2 eps) = o' + C eps^2 + R / eps                      (1)
     forward:  (o(p + eps) - o(p)) / eps = o' + C eps + R / eps                                  (2)
 
-and both errors of a difference of the order k add up to the least at
+and the sum of both errors of a difference of order k is least at
 
     eps = (R / (k C))^(1 / (k + 1)).                                                            (3)
 
@@ -29,14 +29,14 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Unsupported
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.engines.step_jacobian import after_step, step_jacobian
+from plumbob.engines.step_jacobian import state_after_step, step_jacobian
 from plumbob.engines.stepper import StepDerivatives, Stepper
 from plumbob.engines.tangent_space import TangentSpace
 
-LEAST = 4  # differences that show a best one
-NUDGE = 1e-6  # [m, rad, ...] of a state: differences of one step
-# Likewise, of a step with contacts: a support that begins to slip is slower than NUDGE, which turns
-# its friction round.
+LEAST = 4  # least number of differences that show a best one
+NUDGE = 1e-6  # [m, rad, ...] differences of the state for the derivatives of one step
+# Differences [m, rad, ...] for a step with contacts. A support that begins to slip is slower than
+# NUDGE, which would reverse its friction.
 TOUCHING = 1e-7
 
 
@@ -45,11 +45,12 @@ class DifferenceWay:
     """A way to a derivative by the difference of two runs."""
 
     name: str
-    low: float  # shift of the lower run's number, over eps; the upper run's number has eps more
-    order: int  # power of eps with which the error of the difference goes
+    # Shift of the lower run's number, over eps; the shift of the upper run's number is eps
+    low: float
+    order: int  # power of eps in the error of the difference
 
     def values(self, value: float, eps: float) -> tuple[float, float]:
-        """The numbers of the lower run and of the upper run."""
+        """Returns the numbers of the lower run and of the upper run."""
         return value + self.low * eps, value + eps
 
     def derivative(
@@ -58,20 +59,21 @@ class DifferenceWay:
         eps: float,
         difference: Callable[[Array, Array], Array],
     ) -> Array:
-        """Eq. 1 or 2 with the results of `run` for a shift of the number, and the `difference` of
-        two results."""
+        """Returns eq. 1 or 2. `run` gives the result for a shift of the number, and `difference`
+        the difference of two results."""
         upper = run(eps)
         return difference(upper, run(self.low * eps)) / ((1.0 - self.low) * eps)
 
     def best_eps(self, truncation: float, rounding: float) -> float:
-        """Eq. 3, with C and R."""
+        """Returns eq. 3 for C and R."""
         return float((rounding / (self.order * truncation)) ** (1.0 / (self.order + 1)))
 
     def best_of_sweep(self, eps: Sequence[float], errors: Sequence[float]) -> float | None:
-        """Eq. 3 for the `errors` of differences with falling `eps`. C is that of the two largest
-        differences. R is the root mean square of the errors that C does not explain: each of them
-        is a draw of the rounding, small by chance at times. None if too few differences were
-        tried, or if the largest is the best, as for results that are linear in the number."""
+        """Returns eq. 3 for the `errors` of differences with falling `eps`. C is taken from the two
+        largest differences. R is the root mean square of the errors that C does not explain: each
+        of these errors is a random draw of the rounding, which may be small. None if too few
+        differences were tried, or if the largest is the best, as for results that are linear in the
+        number."""
         sizes = np.array(errors)
         parts = np.array(eps)
         if len(sizes) < LEAST or not np.isfinite(sizes).all() or not np.argmin(sizes):
@@ -91,11 +93,11 @@ DIFFERENCES = MappingProxyType({way.name: way for way in (CENTRAL, FORWARD)})
 
 @dataclass(frozen=True)
 class RunDerivatives:
-    """The derivatives of one run that one way gives."""
+    """The derivatives of one run, computed in one way."""
 
-    name: str  # of the way
-    computed: Array | None  # shape (times, coordinates, numbers); None: the way gives none
-    eps: float | None = None  # of the differences
+    name: str  # name of the way
+    computed: Array | None  # shape (times, coordinates, numbers); None if the way gives none
+    eps: float | None = None  # eps of the differences
     why: str = ""  # the way gives none
 
 
@@ -107,9 +109,9 @@ def steadiest_difference(
     sweep: Sequence[float],
     shape: tuple[int, ...],
 ) -> RunDerivatives:
-    """The derivatives by some `numbers`, of the given shape, zero by others, with the eps of a
-    falling `sweep` whose derivatives change least when eps becomes the next smaller one. `run`
-    takes the index of a number and its shift, and returns results over time."""
+    """Returns the derivatives by some `numbers`, of the given shape, and zero by others. Of a
+    falling `sweep` of eps, the one is used whose derivatives change least when eps becomes the next
+    smaller one. `run` takes the index of a number and its shift, and returns results over time."""
     derivatives = np.zeros((len(sweep), *shape))
     try:
         for (k, eps), number in product(enumerate(sweep), numbers):
@@ -124,7 +126,7 @@ def steadiest_difference(
 def product_of_steps(
     steps: Iterable[StepDerivatives], along: Array, changes: Iterable[Array]
 ) -> Iterator[Array]:
-    """Eq. 4 after each step, from the derivative `along` of the state at the start and the
+    """Yields eq. 4 after each step, from the derivative `along` of the state at the start and the
     `changes` of each step's control."""
     for (by_state, by_control), change in zip(steps, changes, strict=False):
         along = by_state @ along + by_control @ change
@@ -134,10 +136,10 @@ def product_of_steps(
 def product_by_start_and_controls(
     steps: Iterable[StepDerivatives], size: int, degrees: int, controls: Array, parts: int
 ) -> Array:
-    """Eq. 4 for the first `degrees` numbers of a state in tangent coordinates, the positions, at
-    the ends of periods of `parts` steps: the derivatives by the `size` numbers of the state at the
-    start and by constant additions to the `controls`, shape (periods, k). The result has the shape
-    (periods + 1, degrees, size + k)."""
+    """Returns eq. 4 for the positions, which are the first `degrees` numbers of a state in tangent
+    coordinates, at the ends of periods of `parts` steps. The derivatives are by the `size` numbers
+    of the state at the start and by constant additions to the `controls`, shape (periods, k). The
+    result has the shape (periods + 1, degrees, size + k)."""
     inputs = controls.shape[1]
     start = np.eye(size, size + inputs)
     added = repeat(np.eye(inputs, size + inputs, size))
@@ -156,20 +158,20 @@ def derivatives_of_steps(
     nudge: float,
     ends: float = math.inf,
 ) -> Iterator[StepDerivatives]:
-    """The derivatives of each step of a run from a `state` under `controls`, a row for a step, by
-    central differences of size `nudge`. Each step begins as if the stepper were new. Raises
+    """Yields the derivatives of each step of a run from a `state` under `controls`, a row for a
+    step, by central differences of size `nudge`. Each step begins as in a new stepper. Raises
     NotCertifiable if the run diverges, and from the processor time `ends` [s] on."""
     shifts = nudge * np.eye(controls.shape[1])
     for number, control in enumerate(controls, 1):
         by_state = step_jacobian(stepper, space, state, control, nudge, ends=ends)
         ahead, behind = (
-            np.array([after_step(stepper, space, state, row) for row in rows])
+            np.array([state_after_step(stepper, space, state, row) for row in rows])
             for rows in (control + shifts, control - shifts)
         )
         by_control = np.zeros((len(by_state), 0))
         if len(shifts):
             by_control = space.differences(ahead, behind).T / (2.0 * nudge)
-        state = after_step(stepper, space, state, control)
+        state = state_after_step(stepper, space, state, control)
         if not np.isfinite(state).all():
             raise NotCertifiable(f"its run diverges within {number * stepper.step:g} s")
         yield by_state, by_control

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from plumbob.analytic.bisection import Holds, bisected
 
-COARSER = 4  # factor by which the next stride of a search is wider
-# Drops below the largest exponent that holds, at which smaller steps are to hold, too: steps of
-# 0.95, 0.78, 0.5 and 0.25 of a limit. Where a search looks at multiples of a number, all multiples
-# within NEAR are to hold: where a motion becomes chaotic there are steps that fail below others
+COARSER = 4  # factor by which each stride of a search is wider than the last
+# Distances below the largest exponent that holds at which smaller steps must hold, too: steps of
+# 0.95, 0.78, 0.5 and 0.25 of a limit. If a search looks only at multiples of a number, all
+# multiples within NEAR must hold: a motion that becomes chaotic has steps that fail below steps
 # that hold.
 BELOW = (5, 25, 70, 140)
 NEAR = 25
@@ -16,40 +16,44 @@ NEAR = 25
 def bracket(
     holds: Holds[int], first: int, low: int, high: int, every: int = 1
 ) -> tuple[int | None, int | None]:
-    """The largest number that holds, such that those tried below it do too, and the next number,
-    which does not; None where there is none from `low` to `high`. The search begins at `first`, and
-    looks at multiples of `every`, as these three are, before it halves the last gap."""
-    held, failed = _widened(holds, first, low, high, every)
+    """Returns the largest number that holds, with the numbers tried below it, and the next number,
+    which does not hold. The first is None if no number from `low` to `high` holds, the second if
+    all do. The search begins at `first`. It looks at multiples of `every` before it halves the last
+    gap; `first`, `low` and `high` are such multiples."""
+    held, failed = _wide_bracket(holds, first, low, high, every)
     if held is None:
         return None, failed
-    held, failed = _halved(holds, held, failed, every)
+    held, failed = _narrow_bracket(holds, held, failed, every)
     below = {(held - drop) // every * every for drop in BELOW}
     if every > 1:
         below |= set(range(held - NEAR // every * every, held, every))
     for lower in sorted(below, reverse=True):
         if lower >= low and not holds(lower):
             return bracket(holds, lower, low, lower, every)
-    return _halved(holds, held, failed, 1)
+    return _narrow_bracket(holds, held, failed, 1)
 
 
-def _halved(
+def _narrow_bracket(
     holds: Holds[int], held: int, failed: int | None, gap: int
 ) -> tuple[int, int | None]:
-    """The two numbers no farther apart than a `gap`."""
+    """Returns the two numbers after their distance is halved down to a `gap`."""
 
     def middle(held: int, failed: int) -> int | None:
+        """Returns the multiple of the gap halfway between two numbers; None if their distance is a
+        gap."""
         return (held + failed) // (2 * gap) * gap if failed - held > gap else None
 
     return (held, None) if failed is None else bisected(holds, held, failed, middle)
 
 
-def _widened(
+def _wide_bracket(
     holds: Holds[int], first: int, low: int, high: int, stride: int
 ) -> tuple[int | None, int | None]:
-    """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
+    """Returns two numbers, the smaller of which holds, by ever wider strides from `first`."""
     up = holds(first)
     last = first
-    while last != (end := high if up else low):
+    end = high if up else low
+    while last != end:
         following = min(last + stride, end) if up else max(last - stride, end)
         if holds(following) != up:
             return (last, following) if up else (following, last)

@@ -1,4 +1,5 @@
-"""Runs of a stepper from a state and from a state beside it: how a nudge grows."""
+"""Runs of a stepper from a state and from a nearby state, and the growth of the nudge between
+them."""
 
 from __future__ import annotations
 
@@ -11,18 +12,18 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Unsupported
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.engines.step_jacobian import in_time
+from plumbob.engines.step_jacobian import check_time
 from plumbob.engines.stepper import Stepper
 from plumbob.engines.tangent_space import TangentSpace, numbers_of
 from plumbob.models.border import Refused, border
 
-# [m, rad, ...] of a state, in a direction by chance. An unstable contact chatters: the growth of a
-# nudge ends where the contact opens, at some 1e-5 m, which is to be more than a thousandfold.
+# Size of a nudge [m, rad, ...] in a random direction. An unstable contact chatters: the growth of a
+# nudge ends when the contact opens, at some 1e-5 m, which must be more than a thousandfold growth.
 NUDGE = 1e-9
-# [m, rad, m/s, ...] Doubles do not resolve a nudge of a larger number: some engines keep velocities
-# within bounds and never tell that a run diverges.
+# Largest magnitude of a state [m, rad, m/s, ...] at which doubles resolve a nudge. Some engines
+# keep velocities within bounds and never report that a run diverges.
 LARGEST = NUDGE / np.finfo(float).eps
-LAST = 10  # one in so many steps of a run is at its end
+LAST = 10  # the last steps of a run are its last part of so many
 
 
 @dataclass(frozen=True)
@@ -34,15 +35,16 @@ class NudgedRuns:
     ends: float = math.inf
 
     def states(self, start: Array, controls: Array) -> Array | None:
-        """The states after each step of a run from `start` under controls, a row for each step,
-        shape (steps, n); None if the run diverges. Raises NotCertifiable when the time ends."""
+        """Returns the states after each step of a run from `start` under controls, a row for each
+        step, shape (steps, n); None if the run diverges. Raises NotCertifiable when the time
+        ends."""
         stepper = self.stepper
         states = np.empty((len(controls), start.size))
         try:
             with border(Refused, Unsupported, ParameterError, NotCertifiable):
                 stepper.put(self.space.state_of(start))
                 for number in range(len(controls)):
-                    in_time(self.ends)
+                    check_time(self.ends)
                     stepper.advance(controls[number : number + 1], 1)
                     states[number] = numbers_of(stepper.state())
         except Refused:
@@ -50,8 +52,8 @@ class NudgedRuns:
         return states if np.abs(states).max(initial=0.0) < LARGEST else None
 
     def growth(self, start: Array, controls: Array) -> float:
-        """How many times as large as a nudge of `start` the difference of the positions of two runs
-        becomes, at most; infinite if a run diverges."""
+        """Returns the largest ratio of the difference of the positions of two runs to the nudge of
+        `start` between them; infinite if a run diverges."""
         change = np.random.default_rng(0).standard_normal(
             self.space.differences(start, start).size
         )
@@ -66,8 +68,8 @@ class NudgedRuns:
         return float(np.abs(changes).max()) / NUDGE
 
     def last_velocity(self, start: Array, controls: Array) -> float:
-        """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of a run;
-        infinite if the run diverges."""
+        """Returns the largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of a
+        run; infinite if the run diverges."""
         states = self.states(start, controls)
         if states is None:
             return math.inf

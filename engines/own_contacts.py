@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Protocol
 
 from plumbob.analytic.reference import Array
-
-if TYPE_CHECKING:
-    from plumbob.engines.adapters.mujoco.own_model.user_contacts import (
-        MujocoContacts,
-        SettledFloor,
-    )
-
-    ContactModel = MujocoContacts
-    Floor = SettledFloor
-else:  # of the engine that has the ability `UserModels`
-    ContactModel = Floor = Any
+from plumbob.engines.own_motion import OwnModel
+from plumbob.engines.trajectory import ByName
 
 
 @dataclass(frozen=True)
@@ -51,3 +42,45 @@ class Slide:
     along: float  # displacement of the centre of mass along the initial velocity [m]
     turn: float  # rotation about the vertical [rad]
     rests: bool  # whether the body had stopped when the run ended
+
+
+class Floor(Protocol):
+    """A user's body that has settled on its plane, with contacts of some kind at some step.
+
+    `SettledFloor` documents the members."""
+
+    feet: tuple[str, ...]
+    points: Array
+
+    def slide(self, heading: float, speed: float, spin: float, duration: float) -> Slide: ...
+    def drift(self, heading: float, acceleration: float, duration: float) -> float: ...
+
+
+class ContactModel(Protocol):
+    """A user's body with its own contact settings, and with those of `plumbob settings`.
+
+    `MujocoContacts` documents the members."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def step(self) -> float: ...
+    @property
+    def integrator(self) -> str: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+    @property
+    def standing(self) -> Standing: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def first_order(self) -> float | None: ...
+    @property
+    def overshoot(self) -> float: ...
+    def let_go(self, speed: float) -> tuple[OwnModel, int, Array]: ...
+    def frictions(self) -> ByName: ...
+    def own(self, step: float) -> Floor: ...
+    def pasted(self, step: float) -> Floor: ...
+    def snippet(self) -> str: ...

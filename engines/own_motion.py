@@ -3,90 +3,91 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
-
-if TYPE_CHECKING:
-    from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField
-    from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel
-
-    Field = ContinuousField
-    OwnModel = MujocoModel
-else:  # of the engine that has the ability `UserModels`
-    Field = OwnModel = Any
+from plumbob.analytic.reference import Array, Signals
+from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.peer_model import Layout, Terms
+from plumbob.engines.stepper import Stepper
+from plumbob.engines.trajectory import Timed
 
 
 @dataclass(frozen=True)
 class Start:
-    """The state in which a user's model starts: a keyframe, by name or number, or as the model
-    stands; with these positions and velocities in place of those."""
+    """The state in which a user's model starts: a keyframe, by name or number, or the default state
+    of the model. Positions and velocities that are given replace those of that state."""
 
     keyframe: int | str | None = None
-    qpos: Sequence[float] | None = None  # [m, rad], as many as the model has
+    qpos: Sequence[float] | None = None  # [m, rad] as many as the model has
     qvel: Sequence[float] | None = None  # [m/s, rad/s]
 
 
 AS_IT_STANDS = Start()
-ROUNDING = 1e-9  # relative: 0.3 s has 3 periods of 0.1 s, even if 0.3/0.1 is rounded up
+# Relative rounding of a number of periods: 0.3 s has 3 periods of 0.1 s, even if 0.3/0.1 is rounded
+# up
+ROUNDING = 1e-9
 OUT_OF_TIME = "the time given for it ended"
-Policy = Callable[..., Any]  # time [s], qpos, qvel, or an observation -> a number an actuator
+# From time [s], qpos and qvel, or from an observation, to a number for each actuator
+Policy = Callable[..., Any]
 
 
 def policy_name(policy: Policy) -> str:
-    """The name of a function; of another object that of its class, as its own may be anything."""
+    """Returns the name of a function, or the class name of another object, whose own name may be
+    anything."""
     return policy.__name__ if isinstance(policy, FunctionType) else type(policy).__name__
 
 
 @dataclass(frozen=True)
 class Script:
-    """A start and a control held over periods: what is replayed by the reference and every step."""
+    """A start and controls held over periods, which the reference and all steps replay."""
 
     start: Array  # state, shape (n,)
-    period: float  # [s], a multiple of the model's own step
+    period: float  # [s] a multiple of the model's own step
     controls: Array  # shape (periods, actuators)
 
     @property
     def times(self) -> Array:
-        """Ends of the periods [s], the start included, shape (periods + 1,)."""
+        """The ends of the periods [s], including the start, shape (periods + 1,)."""
         return np.asarray(self.period * np.arange(len(self.controls) + 1), dtype=float)
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """The duration of all periods [s]."""
         return self.period * len(self.controls)
 
 
 @dataclass(frozen=True)
 class Integration:
-    """States at the ends of the periods, shape (periods + 1, n), NaN from where it ended."""
+    """States at the ends of the periods, shape (periods + 1, n), with NaN after an early end."""
 
     states: Array
-    until: float  # [s] to which it is known
-    events: tuple[float, ...] = ()  # [s] at which contacts or limits begin or cease to act
-    why: str = ""  # it ended early
+    until: float  # [s] time up to which the motion is known
+    # [s] times at which contacts or limits begin or cease to act
+    events: tuple[float, ...] = ()
+    why: str = ""  # why it ended early; empty if it did not
 
 
 @dataclass(frozen=True)
 class Stepped:
-    """The model's own steps: states as in `Integration`."""
+    """A run of the model's own steps, with states like those of `Integration`."""
 
     step: float  # [s]
     states: Array
-    seconds: float  # of processor time, of one run
-    why: str = ""  # it ended early
-    remarks: tuple[str, ...] = ()  # what was noticed on the way
+    seconds: float  # [s] processor time of one run
+    why: str = ""  # why it ended early; empty if it did not
+    remarks: tuple[str, ...] = ()  # remarks about the run
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A geom of a model: the convex hull of points [m], shape (n, 3), about the centre of mass of
-    its body and in the body's axes, thickened by a radius [m]; of body 0 in the world's."""
+    """A geom of a model: the convex hull of points [m], shape (n, 3), thickened by a radius [m].
+    The points are relative to the centre of mass of the body, in the body's axes; for body 0 in the
+    world's."""
 
     body: int
     points: Array
@@ -95,11 +96,11 @@ class Solid:
 
 @dataclass(frozen=True)
 class Change:
-    """A change of a model: numbers of it, and the values that they are given. A feature is removed
-    by those that disable it."""
+    """A change of a model: some of its numbers, and their new values. A feature is removed by the
+    values that disable it."""
 
     name: str
-    # Field, indices into its numbers, row by row (none: one of the options), and the value.
+    # Field; indices into its numbers, counted by rows, or none for an option; and the value.
     sets: tuple[tuple[str, tuple[int, ...], float], ...]
 
 
@@ -108,23 +109,91 @@ class Element:
     """A part of a model whose stiffness or damping may limit the step."""
 
     name: str  # "actuator kp 2000 on 0.01 kg m^2"
-    weaker: Change  # the model with less of it
-    remedy: Change | None = None  # what may raise the limit that it sets
+    weaker: Change  # the change that weakens it
+    remedy: Change | None = None  # the change that may raise the limit that it sets
 
 
 @dataclass(frozen=True)
 class Place:
-    """A joint, or an activation, in some state of a model: what acts on it."""
+    """A joint, or an activation, in some state of a model, and the elements that act on it."""
 
     name: str  # "joint wrist_3"
     elements: tuple[Element, ...] = ()
-    remedies: tuple[Change, ...] = ()  # what may raise any limit that is set there
+    remedies: tuple[Change, ...] = ()  # changes that may raise any limit that is set there
+
+
+class OwnModel(Protocol):
+    """A user's model made ready for an audit, in the engine that has the ability `UserModels`.
+
+    A state has the numbers qpos, qvel and act, shape (n,). `MujocoModel` documents the members."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def step(self) -> float: ...
+    @property
+    def integrator(self) -> str: ...
+    @property
+    def integrators(self) -> tuple[str, ...]: ...
+    @property
+    def steppable(self) -> tuple[str, ...]: ...
+    @property
+    def clamped(self) -> Mapping[str, int]: ...
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+    @property
+    def fields(self) -> Mapping[str, str]: ...
+    @property
+    def bodies(self) -> tuple[str, ...]: ...
+    @property
+    def state(self) -> Array: ...
+    @property
+    def rest(self) -> Array: ...
+    @property
+    def ranges(self) -> Array: ...
+    @property
+    def unchecked(self) -> tuple[str, ...]: ...
+    @property
+    def layout(self) -> Layout: ...
+    @property
+    def names(self) -> Mapping[str, tuple[str, ...]]: ...
+    @property
+    def activations(self) -> slice: ...
+    @property
+    def corner_bodies(self) -> Array: ...
+    @property
+    def solids(self) -> tuple[Solid, ...]: ...
+    def option(self, integrator: str, step: float) -> Mapping[str, tuple[str, str]]: ...
+    def softened(self, step: float) -> bool: ...
+    def stepper(self, integrator: str, step: float) -> Stepper: ...
+    def function_stepper(self, integrator: str, step: float) -> Stepper: ...
+    def place(self, state: Array, control: Array, weights: Array) -> Place: ...
+    def field(self, width: float = 0.0) -> Any: ...
+    def hidden_touches(self, field: Any, start: Array) -> Any: ...
+    def mechanism(self) -> Mechanism: ...
+    def terms(self) -> Callable[[Array, Array], Terms]: ...
+    def stepped(
+        self, script: Script, integrator: str, parts: int, single: bool = False
+    ) -> Stepped: ...
+    def timed(
+        self, script: Script, states: Array, integrator: str, parts: int, steps: int
+    ) -> Timed: ...
+    def recorded(self, policy: Policy, period: float, duration: float) -> Array: ...
+    def changes(self, script: Script) -> tuple[Change, ...]: ...
+    def touched(self, script: Script) -> Iterator[tuple[int, Array]]: ...
+    def changed(self, changes: Sequence[Change]) -> OwnModel: ...
+    def with_integrators(self, integrators: tuple[str, ...]) -> OwnModel: ...
+    def corners(self, states: Array) -> Array: ...
+    def poses(self, states: Array) -> Array: ...
+    def readings(self, states: Array) -> Signals: ...
+    def shifted(self, state: Array, shift: Array) -> Array: ...
+    def coordinates(self, states: Array, others: Array) -> Array: ...
 
 
 def periods(duration: float, period: float) -> int:
-    """How many periods [s] it takes to reach the end of a duration [s], at least one."""
+    """Returns the number of periods [s] that reach the end of a duration [s], at least one."""
     return max(1, math.ceil(duration / period * (1.0 - ROUNDING)))
 
 
 class NotCertifiable(Exception):
-    """A model, or a moment, for which no reference can be certified; its text says why."""
+    """No reference can be certified for a model, or for a time of its motion; the text says why."""

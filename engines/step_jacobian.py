@@ -1,4 +1,4 @@
-"""The derivative of a stepper's step by its state, and the state that the step leaves as it is."""
+"""The derivative of a stepper's step by its state, and the fixed point of a step."""
 
 from __future__ import annotations
 
@@ -15,23 +15,26 @@ from plumbob.engines.stepper import Stepper
 from plumbob.engines.tangent_space import TangentSpace, numbers_of
 from plumbob.models.border import Refused, border
 
-# A later difference of a Jacobian takes at least a tenth of the time that the first one takes.
+# A later difference of a Jacobian takes at least a tenth of the time of the first.
 FASTER = 10.0
 AT_REST = 1e-9  # [m, rad, m/s, ...] largest change of a state at rest in a step
-DIFFERENCE = 1e-7  # [m, rad, ...] of the Jacobians that find a state at rest
-NEUTRAL = 1e-7  # of the stiffest direction: a softer direction has no place of rest
+DIFFERENCE = 1e-7  # [m, rad, ...] difference of the Jacobians that find a state at rest
+# Stiffness, relative to the stiffest direction, below which a direction has no place of rest
+NEUTRAL = 1e-7
 
 
-def in_time(ends: float, least: float = 0.0) -> None:
-    """Raises NotCertifiable if work that takes at least so many seconds more of processor time ends
-    after the processor time `ends` [s]."""
+def check_time(ends: float, least: float = 0.0) -> None:
+    """Raises NotCertifiable if the processor time `ends` [s] is past, or will be after work that
+    takes `least` seconds more."""
     if time.process_time() + least > ends:
         raise NotCertifiable(OUT_OF_TIME)
 
 
-def after_step(stepper: Stepper, space: TangentSpace, state: Array, control: Array) -> Array:
-    """The state after one step from a `state` under a `control`; no numbers if the engine's numbers
-    break down."""
+def state_after_step(
+    stepper: Stepper, space: TangentSpace, state: Array, control: Array
+) -> Array:
+    """Returns the state after one step from a `state` under a `control`; NaN if the engine's
+    numbers break down."""
     try:
         with border(Refused, Unsupported, ParameterError, NotCertifiable):
             stepper.put(space.state_of(state))
@@ -50,10 +53,10 @@ def step_jacobian(
     directions: Array | None = None,
     ends: float = math.inf,
 ) -> Array:
-    """The derivative of the state after one step by the state before it, in the tangent space,
-    shape (m, m), by central differences of a size [m, rad, ...]; times `directions`, shape (m, k),
-    if given. Raises NotCertifiable from the processor time `ends` [s] on, and after the first
-    difference if all differences would end far beyond it."""
+    """Returns the derivative of the state after one step by the state before it, in the tangent
+    space, shape (m, m); times `directions`, shape (m, k), if given. It uses central differences of
+    a size [m, rad, ...]. Raises NotCertifiable from the processor time `ends` [s] on, and after the
+    first difference if all differences would end far beyond it."""
     begin = time.process_time()
     size = space.differences(state, state).size
     wanted = np.eye(size) if directions is None else directions.T
@@ -62,26 +65,26 @@ def step_jacobian(
     ahead = list[Array]()
     behind = list[Array]()
     for forward, backward in zip(*sides, strict=True):
-        in_time(ends)
-        ahead.append(after_step(stepper, space, forward, control))
-        in_time(ends)
-        behind.append(after_step(stepper, space, backward, control))
+        check_time(ends)
+        ahead.append(state_after_step(stepper, space, forward, control))
+        check_time(ends)
+        behind.append(state_after_step(stepper, space, backward, control))
         if len(ahead) == 1:
             rest = len(shifts) - 1
-            in_time(ends, rest * (time.process_time() - begin) / FASTER)
+            check_time(ends, rest * (time.process_time() - begin) / FASTER)
     return space.differences(np.array(ahead), np.array(behind)).T / (2.0 * difference)
 
 
 def state_at_rest(
     stepper: Stepper, space: TangentSpace, state: Array, control: Array, ends: float = math.inf
 ) -> Array | None:
-    """The state near by that one step under a `control` leaves as it is, stable or not, by Newton's
-    method; None if the method finds none. A body that nothing holds may be anywhere. Raises
+    """Returns a nearby fixed point of one step under a `control`, stable or not, by Newton's
+    method; None if the method finds none. A body that nothing holds may rest anywhere. Raises
     NotCertifiable from the processor time `ends` [s] on."""
     before = math.inf
     while True:
-        in_time(ends)
-        moved = space.differences(after_step(stepper, space, state, control), state)
+        check_time(ends)
+        moved = space.differences(state_after_step(stepper, space, state, control), state)
         size = float(np.abs(moved).max())
         if not size < before:
             return None

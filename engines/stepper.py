@@ -1,4 +1,4 @@
-"""A stepper: a mechanism in an engine, which takes steps from any state that it is put into."""
+"""The protocol of a stepper: a mechanism in an engine, which takes steps from any given state."""
 
 from __future__ import annotations
 
@@ -19,19 +19,21 @@ StepDerivatives = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class State:
-    """A state of a mechanism in MuJoCo's coordinates: a hinge or a slide has one position, a ball a
-    quaternion, a free body its place and its attitude, a quaternion, scalar first. A free body's
-    velocities are its frame's in the world and its angular velocity in its own axes."""
+    """A state of a mechanism in MuJoCo's coordinates. A hinge or a slide has one position, a ball a
+    quaternion, a free body its place and a quaternion for its attitude; quaternions have the scalar
+    first. The velocities of a free body are the velocity of its frame in the world and its angular
+    velocity in its own axes."""
 
     qpos: Array  # [m], [rad], quaternions, shape (nq,)
     qvel: Array  # [m/s], [rad/s], shape (nv,)
-    act: Array = field(default_factory=lambda: np.zeros(0))  # of actuators, shape (na,)
+    # Activations of actuators, shape (na,)
+    act: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces of an engine in the last step that it took [N], along the world's axes. Where nothing
-    has been stepped yet, or the engine does not tell a force, it is nan."""
+    """The forces of an engine in its last step [N], along the world's axes. A force is NaN before
+    the first step, and if the engine does not report it."""
 
     joints: Array  # force [N] of each joint on the body that the joint moves, shape (joints, 3)
     touching: Array  # force [N] of a pair's first shape on the second, shape (pairs, 3)
@@ -43,7 +45,7 @@ class SceneMechanism:
 
     mechanism: Mechanism
     start: State
-    controls: Controls | None  # None: they stay zero
+    controls: Controls | None  # None: the controls stay zero
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class EndDerivatives:
 
 
 class Diverged(Exception):
-    """A stepper's state is no longer finite, as its engine has noticed."""
+    """The engine reports that a stepper's state is no longer finite."""
 
 
 class Stepper(Protocol):
@@ -66,34 +68,35 @@ class Stepper(Protocol):
 
     @property
     def step(self) -> float:
-        """[s]"""
+        """The time step [s]."""
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]. Nothing of the steps before survives: no impulse that a
-        solver would begin with, no body that sleeps."""
+        """Sets the state, at a time [s]. Nothing of earlier steps remains: no impulse with which a
+        solver would begin, and no sleeping body."""
 
     def state(self) -> State:
-        """The state now."""
+        """Returns the present state."""
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Take `steps` steps under controls, shape (steps, controls): a row is held for a step.
-        None where the mechanism has no actuator that is used."""
+        """Takes `steps` steps under controls, shape (steps, controls); each row is held for a step.
+        The controls are None if the mechanism uses no actuator."""
 
 
 @runtime_checkable
 class TellsStepDerivatives(Protocol):
-    """A stepper of an engine that has derivatives of its own steps."""
+    """A stepper of an engine that computes the derivatives of its own steps."""
 
-    own_way: str  # name of the way to the derivatives of a run that multiplies them
+    # Name of the way to the derivatives of a run that multiplies those of its steps
+    own_way: str
 
     def own_step_derivatives(self, controls: Array) -> Iterator[StepDerivatives]:
-        """The derivatives of each step from the state now on under controls, shape (steps,
-        controls), as that step is taken."""
+        """Yields the derivatives of each step from the present state on under controls, shape
+        (steps, controls), while the step is taken."""
 
 
 @runtime_checkable
 class TellsForces(Protocol):
-    """A stepper of an engine that tells forces."""
+    """A stepper of an engine that reports forces."""
 
     def forces(self) -> Forces:
-        """The forces of the last step."""
+        """Returns the forces of the last step."""

@@ -12,7 +12,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.stepper import State
 
-CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])  # factors of a quaternion's numbers
+# Factors of a quaternion's numbers in its conjugate
+CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -23,30 +24,31 @@ class TangentSpace:
     freedom, each velocity and each activation. An attitude changes by a rotation vector [rad] in
     the axes of the body that turns."""
 
-    degrees: tuple[int, ...]  # of freedom of each joint: 1, 3 of a ball, 6 of a free body
+    # Degrees of freedom of each joint: 1, 3 of a ball, 6 of a free body
+    degrees: tuple[int, ...]
 
     @property
     def positions(self) -> int:
-        """How many numbers qpos has."""
+        """The number of coordinates in qpos."""
         return self.velocities + len(self.attitudes)
 
     @property
     def velocities(self) -> int:
-        """How many numbers qvel has."""
+        """The number of coordinates in qvel."""
         return sum(self.degrees)
 
     @cached_property
     def attitudes(self) -> tuple[tuple[int, int], ...]:
-        """For each attitude the first number of its quaternion in qpos, and the first number of its
-        rotation vector in a change."""
+        """For each attitude, the index of the first number of its quaternion in qpos, and the index
+        of the first number of its rotation vector in a change."""
         ends = zip(self.degrees, accumulate(self.degrees), strict=True)
         turns = [end - 3 for degrees, end in ends if degrees > 1]
         # A quaternion has one number more than a rotation vector.
         return tuple((turn + before, turn) for before, turn in enumerate(turns))
 
     def shifted(self, states: Array, changes: Array) -> Array:
-        """States, shape (..., n), moved by changes, shape (..., m)."""
-        # The inserted zeros are places of the quaternions' fourth numbers.
+        """Returns states, shape (..., n), moved by changes, shape (..., m)."""
+        # The inserted zeros make room for the quaternions' fourth numbers.
         moved = states + np.insert(changes, [turn for _, turn in self.attitudes], 0.0, axis=-1)
         for first, turn in self.attitudes:
             turned = exponential(changes[..., turn : turn + 3])
@@ -54,7 +56,8 @@ class TangentSpace:
         return np.asarray(moved)
 
     def differences(self, states: Array, others: Array) -> Array:
-        """The changes that move `others` to `states`, shape (..., n) each: shape (..., m)."""
+        """Returns the changes that move `others` to `states`, shape (..., n) each: shape (...,
+        m)."""
         changes = states - others
         for first, _ in self.attitudes:
             back = CONJUGATE * others[..., first : first + 4]
@@ -63,24 +66,24 @@ class TangentSpace:
         return np.delete(changes, [first for first, _ in self.attitudes], axis=-1)
 
     def state_of(self, numbers: Array) -> State:
-        """The numbers of one state as a stepper takes them."""
+        """Returns the numbers of one state in the form of a stepper."""
         first = self.positions
         last = first + self.velocities
         return State(numbers[:first], numbers[first:last], numbers[last:])
 
 
 def tangent_space(mechanism: Mechanism) -> TangentSpace:
-    """The tangent space of the states of a mechanism."""
+    """Returns the tangent space of the states of a mechanism."""
     return TangentSpace(tuple(len(joint.damping) for joint in mechanism.joints))
 
 
 def numbers_of(state: State) -> Array:
-    """The numbers of a state in one row."""
+    """Returns the numbers of a state in one row."""
     return np.concatenate([state.qpos, state.qvel, state.act])
 
 
 def product(first: Array, second: Array) -> Array:
-    """The products of quaternions, scalar first, shape (..., 4)."""
+    """Returns the products of quaternions, scalar first, shape (..., 4)."""
     a, b = first[..., :1], first[..., 1:]
     c, d = second[..., :1], second[..., 1:]
     real = a * c - (b * d).sum(axis=-1, keepdims=True)
@@ -88,15 +91,15 @@ def product(first: Array, second: Array) -> Array:
 
 
 def exponential(turns: Array) -> Array:
-    """The quaternions, scalar first, of rotation vectors [rad], shape (..., 3)."""
+    """Returns the quaternions, scalar first, of rotation vectors [rad], shape (..., 3)."""
     angle = np.linalg.norm(turns, axis=-1, keepdims=True)
     scale = 0.5 * np.sinc(angle / (2.0 * np.pi))  # sin(angle / 2) / angle
     return np.concatenate([np.cos(angle / 2.0), scale * turns], axis=-1)
 
 
 def logarithm(attitudes: Array) -> Array:
-    """The rotation vectors [rad] of quaternions, scalar first, shape (..., 4); their length is pi
-    at most."""
+    """Returns the rotation vectors [rad] of quaternions, scalar first, shape (..., 4); their length
+    is at most pi."""
     attitudes = np.where(attitudes[..., :1] < 0.0, -attitudes, attitudes)
     real = attitudes[..., :1]
     imaginary = attitudes[..., 1:]

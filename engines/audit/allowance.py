@@ -1,4 +1,4 @@
-"""The time that a part of an audit may take, and the processes that share its work."""
+"""The processor time that a part of an audit may take, and the processes that share its work."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from plumbob.engines.audit.user_models import quietly
 
 
 class Allowance:
-    """About so many `seconds` of processor time, from now on; work is done in an `executor` of two
-    processes or more, if given, and `progress` is called with what is being done."""
+    """About `seconds` of processor time from now on. Work is done in an `executor` of two processes
+    or more, if given; `progress` is called with a description of the work."""
 
     def __init__(
         self,
@@ -27,21 +27,21 @@ class Allowance:
 
     @property
     def spent(self) -> float:
-        """[s]"""
+        """The processor time [s] that has been spent."""
         return time.process_time() - self.begin
 
     @property
     def left(self) -> float:
-        """[s]"""
+        """The processor time [s] that is left."""
         return self.seconds - self.spent
 
     def part(self, fraction: float) -> Allowance:
-        """A fraction of all of it, from now on."""
+        """Returns an allowance from now on, a fraction of the whole."""
         return Allowance(fraction * self.seconds, self.executor, self.progress)
 
     def start(self, do: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
-        """Call a function beside what follows; its result is then waited for. Without an executor
-        it is called when that is asked for."""
+        """Starts a call of a function in the executor; returns a function that waits for the
+        result. Without an executor the call is made by that function."""
         if self.executor is None:
             return partial(do, *arguments)
         return self.executor.submit(quietly, do, *arguments).result

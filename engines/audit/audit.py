@@ -12,18 +12,18 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.changes import Moved
+from plumbob.engines.audit.changes import AuditChange
 from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
-from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, uncertain
+from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, start_certificate
 from plumbob.engines.audit.stability import LargestSteps, largest_steps
 from plumbob.engines.audit.step_errors import (
     Balance,
-    Compared,
     StateErrors,
+    StepComparison,
     balances,
-    compared,
+    compare_steps,
+    reason_for_mismatch,
     state_errors,
-    unlike,
 )
 from plumbob.engines.audit.trims import Trim, Trims, trims
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
@@ -31,49 +31,51 @@ from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 if TYPE_CHECKING:
     from plumbob.engines.audit.engines import EngineError
 
-REFERENCE, TRIMS, STABLE = 0.6, 0.1, 0.05  # of the budget
-# For the largest steps, of which most take less than two seconds: so many seconds at least, but no
-# more than so many times the budget.
+REFERENCE, TRIMS, STABLE = 0.6, 0.1, 0.05  # fractions of the budget
+# Time for the largest steps: so many seconds at least, but no more than this multiple of the
+# budget. Most searches take less than two seconds.
 LEAST_STABLE, MOST_STABLE = 5.0, 3.0
 AFTER = TRIMS + STABLE
 
 
 @dataclass(frozen=True)
 class Audit:
-    """The errors of a model's own steps on one motion of it."""
+    """The errors of a model's own steps on one motion."""
 
     name: str
     integrator: str
     step: float  # [s]
     script: Script
-    control: str  # what drives it: "zero", "sines", or a file's name
+    control: str  # the source of its controls: "zero", "sines", or a file's name
     reference: Certificate
-    found: Compared | None  # None where there is no reference
+    found: StepComparison | None  # None if there is no reference
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
     seconds: float  # wall time
     model: OwnModel
-    trims: Trims | None = None  # None where no error is known
+    trims: Trims | None = None  # None if no error is known
     balances: tuple[Balance, ...] = ()
-    # Beside the error in metres; None where that is not known.
+    # Errors of attitudes, coordinates and activations; None if the error is not known.
     state_errors: StateErrors | None = None
-    stability: LargestSteps | None = None  # the largest steps that hold
-    written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
-    # why there is none; None where it is not asked for
+    stability: LargestSteps | None = None  # largest steps that hold
+    # Name of the trimmed file, and the effects of the file as read back
+    written: tuple[str, Trim] | None = None
+    # The derivatives, or the reason why there are none; None if they are not asked for.
     gradient: CertifiedGradient | str | None = None
-    # since another audit; None where it is held to none
-    changes: tuple[Moved, ...] | None = None
-    engines: tuple[EngineError, ...] = ()  # others, that are asked for
+    # Changes since another audit; None if it is compared with none.
+    changes: tuple[AuditChange, ...] | None = None
+    engines: tuple[EngineError, ...] = ()  # errors of the other engines that the user asked for
 
     @property
     def error(self) -> float:
-        """Error [m] at the model's own integrator and step, as far as the reference is known; not a
-        number where there is none."""
+        """The error [m] at the model's own integrator and step, at the last time up to which steps
+        tend to the reference; NaN if there is no reference."""
         return self.found.own.at(self.found.index) if self.found else float("nan")
 
     @property
     def pose(self) -> Signals:
-        """{body: centre of mass [m]} of the reference at `until`; empty where there is none."""
+        """{body: centre of mass [m]} of the reference at `until`; empty if there is no
+        reference."""
         if self.found is None:
             return {}
         (last,) = self.model.poses(self.reference.states[self.found.index][None])
@@ -81,8 +83,8 @@ class Audit:
 
     @property
     def corners(self) -> Signals:
-        """{body: its corner points [m], shape (n, 3)} of the reference at `until`, of bodies that
-        can move and have a size; empty where there is none."""
+        """{body: its corner points [m], shape (n, 3)} of the reference at `until`, for bodies that
+        can move and have a size; empty if there is no reference."""
         if self.found is None:
             return {}
         last = self.reference.corners[self.found.index]
@@ -92,8 +94,8 @@ class Audit:
 
     @property
     def states(self) -> tuple[Array, Array]:
-        """States of the reference, and of the model's own steps from where it starts, at the ends
-        of the periods up to `until`, shape (n, ...) each."""
+        """The states of the reference, and of the model's own steps from the same start, at the
+        ends of the periods up to `until`, shape (n, ...) each."""
         assert self.found is not None
         stepped = self.model.stepped(self.script, self.integrator, self.found.own.parts)
         last = self.found.index + 1
@@ -101,20 +103,20 @@ class Audit:
 
     @property
     def uncertainty(self) -> float:
-        """[m] of the reference there."""
+        """The uncertainty [m] of the reference at `until`; infinite if there is no reference."""
         return (
             float(self.reference.uncertainty[self.found.index]) if self.found else float("inf")
         )
 
     @property
     def until(self) -> float:
-        """[s] to which the error is known."""
+        """The time [s] up to which the error is known."""
         return float(self.script.times[self.found.index]) if self.found else 0.0
 
     @property
     def still(self) -> bool:
         """Whether the reference reaches the end of the motion, and positions, velocities and
-        activations stay as they are until then."""
+        activations never change."""
         states = self.reference.states
         return self.complete and not self.error and bool((states == states[0]).all())
 
@@ -125,28 +127,29 @@ class Audit:
 
     @property
     def resolved(self) -> bool:
-        """Whether the error stands out of the reference's uncertainty."""
+        """Whether the error exceeds RESOLVED times the uncertainty of the reference."""
         return self.error > RESOLVED * self.uncertainty
 
     @property
     def resolved_index(self) -> int:
-        """Of the last period at whose end the error stands out of the reference's uncertainty, 0
-        where none does."""
+        """The index of the last period at whose end the error exceeds RESOLVED times the
+        uncertainty of the reference; 0 if there is none."""
         if self.found is None:
             return 0
         errors = self.found.own.errors[: self.found.index + 1]
-        known = self.reference.uncertainty[: self.found.index + 1]
-        return int(np.flatnonzero((errors > RESOLVED * known) | (known == 0.0))[-1])
+        uncertainty = self.reference.uncertainty[: self.found.index + 1]
+        resolved = (errors > RESOLVED * uncertainty) | (uncertainty == 0.0)
+        return int(np.flatnonzero(resolved)[-1])
 
     def assert_referenced(self) -> None:
-        """Raise AssertionError unless the error is known over the whole motion."""
+        """Raises AssertionError unless the error is known over the whole motion."""
         if not self.complete:
             raise AssertionError(
                 f"{self.name}: no reference beyond {self.until:g} s: {self.reference.why}"
             )
 
     def assert_within(self, metres: float) -> None:
-        """Raise AssertionError unless the error is known over the whole motion and within
+        """Raises AssertionError unless the error is known over the whole motion and within
         `metres`."""
         self.assert_referenced()
         if not self.error + self.uncertainty <= metres:
@@ -156,7 +159,7 @@ class Audit:
             )
 
     def assert_stable(self) -> None:
-        """Raise AssertionError if the model's own step is unstable along the motion."""
+        """Raises AssertionError if the model's own step is unstable along the motion."""
         if self.stability is not None and self.stability.unstable:
             limit = self.stability.own
             raise AssertionError(
@@ -172,25 +175,25 @@ def audited(
     allowance: Allowance,
     begun: Callable[[Audit], None] = lambda audit: None,
 ) -> Audit:
-    """The audit of `model` on the motion that `script` makes of it; `begun` is called with what is
-    known before anything is computed."""
+    """Returns the audit of `model` on the motion under `script`. `begun` is called with the audit
+    as it is known before anything is computed."""
     progress = allowance.progress
     began = time.perf_counter()
     audit = Audit(
-        model.name,
-        model.integrator,
-        model.step,
-        script,
-        control,
-        uncertain(model, script),
-        None,
-        model.clamped,
-        model.notes,
-        0.0,
-        model,
+        name=model.name,
+        integrator=model.integrator,
+        step=model.step,
+        script=script,
+        control=control,
+        reference=start_certificate(model, script),
+        found=None,
+        clamped=model.clamped,
+        notes=model.notes,
+        seconds=0.0,
+        model=model,
     )
     begun(audit)
-    reference, result = held_to_reference(model, script, allowance)
+    reference, result = compare_with_reference(model, script, allowance)
     audit = replace(audit, reference=reference, found=result)
     if result is not None and math.isfinite(audit.error):
         progress("what can be left out")
@@ -212,25 +215,25 @@ def audited(
     return replace(audit, stability=largest, seconds=time.perf_counter() - began)
 
 
-def held_to_reference(
+def compare_with_reference(
     model: OwnModel, script: Script, allowance: Allowance
-) -> tuple[Certificate, Compared | None]:
-    """The certified motion that `script` makes of a model, and the steps of its integrators held
-    against it; None where there is no reference, or no step tends to it."""
+) -> tuple[Certificate, StepComparison | None]:
+    """Returns the certified motion of a model under `script`, and the errors of the steps of its
+    integrators; None if there is no reference, or no step tends to it."""
     allowance.progress("the continuous motion, by two methods")
     reference = certified(model, script, allowance.part(REFERENCE))
     if not reference.known:
         return reference, None
     allowance.progress("the model's own steps")
     left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
-    result = compared(model, script, reference, allowance.part(left))
+    result = compare_steps(model, script, reference, allowance.part(left))
     if result.index < reference.known:
-        reference = replace(reference, why=unlike(result, reference, script))
+        reference = replace(reference, why=reason_for_mismatch(result, reference, script))
     return reference, result if result.index else None
 
 
 def with_gradient(audit: Audit, allowance: Allowance) -> Audit:
-    """An audit with the derivatives of the end, or why there are none."""
+    """Returns an audit with the derivatives of the end, or with the reason why there are none."""
     began = time.perf_counter()
     index = audit.found.index if audit.found else 0
     derivatives: CertifiedGradient | str

@@ -1,6 +1,6 @@
 """A user's model stepped from any state, by MuJoCo or by another engine that builds it from the
-records of its mechanism: errors of such a run come from the engine's step, its contacts and its
-precision, and from no importer."""
+records of its mechanism. The errors of such a run come from the engine's step, its contacts and its
+precision, and not from a reader of files."""
 
 from __future__ import annotations
 
@@ -48,34 +48,36 @@ FOR_PRODUCT = 0.5  # largest fraction of the time for the product of the derivat
 
 @dataclass(frozen=True)
 class BuiltSteppers:
-    """The mechanism of a model in an engine that builds it anew for each step size."""
+    """Steppers of a model's mechanism in another engine, which builds it anew for each step
+    size."""
 
     builds: BuildsMechanisms
     model: OwnModel
 
     @cached_property
     def _mechanism(self) -> Mechanism:
+        """The mechanism of the model."""
         return self.model.mechanism()
 
     def stepper(self, method: str, step: float) -> Stepper:
-        """The mechanism at a step [s], by the engine's one method. Raises Unsupported, which names
-        the part of the mechanism that the engine does not express."""
+        """Returns a stepper of the mechanism at a step [s], by the engine's only method. Raises
+        Unsupported, which names the part of the mechanism that the engine cannot express."""
         with border(Unsupported, Unsupported):
             return self.builds.build(
-                self._mechanism, _split(self.model.state, self.model), step
+                self._mechanism, _stepper_state(self.model.state, self.model), step
             )
 
     function_stepper = stepper
 
     def changed(self, changes: Sequence[Change]) -> BuiltSteppers:
-        """The steppers of the model with changes."""
+        """Returns the steppers of the model with changes."""
         return replace(self, model=self.model.changed(changes))
 
 
 @dataclass(frozen=True)
 class ScriptRuns:
-    """Runs of a user's model by a stepper, with `parts` steps in a control period, that take
-    `seconds` of processor time at most, all together."""
+    """Runs of a user's model by a stepper, with `parts` steps in a control period. All runs
+    together take `seconds` of processor time at most."""
 
     model: OwnModel
     stepper: Stepper
@@ -84,17 +86,17 @@ class ScriptRuns:
     begin: float = field(default_factory=time.thread_time)
 
     def run(self, script: Script) -> Stepped:
-        """A run of the motion; raises Unsupported if the time ends before."""
+        """Returns a run of the motion. Raises Unsupported if the time is spent before the end."""
         step = script.period / self.parts
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
         states[0] = script.start
         why = ""
         begin = time.thread_time()
         with border(Unsupported, Unsupported):
-            self.stepper.put(_split(script.start, self.model))
+            self.stepper.put(_stepper_state(script.start, self.model))
             for k, control in enumerate(script.controls):
-                at = f"{(k + 1) * script.period:.3g} s"
-                why = f"diverged within {at}"
+                end_of_period = f"{(k + 1) * script.period:.3g} s"
+                why = f"diverged within {end_of_period}"
                 with suppress(Diverged):
                     self.stepper.advance(np.tile(control, (self.parts, 1)), self.parts)
                     numbers = numbers_of(self.stepper.state())
@@ -103,17 +105,17 @@ class ScriptRuns:
                     break
                 why = ""
                 if time.thread_time() - self.begin > self.seconds:
-                    raise Unsupported(f"{self.seconds:g} s were enough for {at}")
+                    raise Unsupported(f"{self.seconds:g} s were enough for {end_of_period}")
         return Stepped(step, states, time.thread_time() - begin, why)
 
     def product(self, script: Script) -> RunDerivatives:
-        """Derivatives of the positions at the ends of the periods by the state at the start and by
-        constant additions to the controls, multiplied along the run: from the engine's own
-        derivatives of a step if it tells them, else from central differences of steps."""
+        """Returns the derivatives of the positions at the ends of the periods by the state at the
+        start and by constant additions to the controls. They are products of the derivatives of
+        steps: the engine's own derivatives if it has any, else central differences."""
         controls = np.repeat(script.controls, self.parts, axis=0)
         if isinstance(self.stepper, TellsStepDerivatives):
             name = self.stepper.own_way
-            self.stepper.put(_split(script.start, self.model))
+            self.stepper.put(_stepper_state(script.start, self.model))
             steps = self.stepper.own_step_derivatives(controls)
         else:
             name = "product"
@@ -142,24 +144,24 @@ class ScriptRuns:
 def built_runs(
     builds: BuildsMechanisms, model: OwnModel, script: Script, parts: int, seconds: float
 ) -> ScriptRuns:
-    """Runs of a motion by a stepper that an engine has built. Raises Unsupported if the engine
+    """Returns runs of a motion by a stepper that an engine builds. Raises Unsupported if the engine
     cannot express a part of the mechanism, and names that part."""
     stepper = BuiltSteppers(builds, model).stepper(builds.method, script.period / parts)
     return ScriptRuns(model, stepper, parts, seconds)
 
 
-def _split(state: Array, model: OwnModel) -> State:
-    """A state of the audit as a stepper takes it."""
+def _stepper_state(state: Array, model: OwnModel) -> State:
+    """Returns a state of the audit in the form of a stepper."""
     velocity = model.layout.velocity
     return State(state[: velocity.start], state[velocity], state[velocity.stop :])
 
 
 def scene_of(model: OwnModel, script: Script) -> SceneMechanism:
-    """The mechanism of a model with the start and the controls of a motion."""
+    """Returns the mechanism of a model with the start and the controls of a motion."""
 
     def controls(times: Array) -> Array:
         period = np.floor(times / script.period * (1.0 + ROUNDING)).astype(int)
         return np.asarray(script.controls[np.minimum(period, len(script.controls) - 1)])
 
-    start = _split(script.start, model)
+    start = _stepper_state(script.start, model)
     return SceneMechanism(model.mechanism(), start, controls if model.rest.size else None)

@@ -1,5 +1,5 @@
-"""The contact audit: a user's own body slides, turns and is pushed on its plane, under its own
-friction settings and under those of `plumbob settings`, beside Coulomb's answer."""
+"""The contact audit: a user's body slides, turns and is pushed on its plane, under its own friction
+settings and under those of `plumbob settings`, compared with Coulomb's law."""
 
 from __future__ import annotations
 
@@ -22,24 +22,27 @@ from plumbob.engines.own_motion import NotCertifiable
 SPEED = 0.5  # [m/s]
 HEADINGS = tuple(math.radians(d) for d in sorted({*range(0, 360, 30), *range(45, 360, 90)}))
 TURN_HEADING = math.radians(30.0)
-HALVINGS = 3  # of the model's own step
-PUSH = 0.9  # of the friction limit
-PUSHED = 1.0  # [s]
-LONGER = 3.0  # times the time in which Coulomb friction stops the body: the length of a run
-FLAT = 0.01  # f h over the least distance to the edge of the feet: loads are static within that
+HALVINGS = 3  # halvings of the model's own step
+PUSH = 0.9  # push as a fraction of the friction limit
+PUSHED = 1.0  # [s] duration of the push
+# Length of a run, as a multiple of the time in which Coulomb friction stops the body
+LONGER = 3.0
+# Largest f h over the least distance to the edge of the feet at which loads count as static
+FLAT = 0.01
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A run of the body at one step with one kind of contacts: distances, drift and turn."""
+class ContactRun:
+    """The distances, drift and turn of the body at one step with one kind of contacts."""
 
     step: float  # [s]
-    distances: Array  # along each heading [m]; not numbers where it does not stop
-    turned: float  # [rad] about the vertical when it slid straight on, at most
-    turning: Slide | None  # while it turns too
-    drift: float | None  # [m/s] the largest of all headings under the push, at the own step
-    tilts: Array  # displacements by a tilt in deflections of one contact, by heading
-    loaded: Array  # whether every load stays >= 0 as its transient overshoots, by heading
+    distances: Array  # along each heading [m]; NaN if the body does not stop
+    turned: float  # [rad] largest turn about the vertical in slides that begin without a turn
+    turning: Slide | None  # the slide that begins with a turn
+    # [m/s] largest of all headings under the push; None unless at the own step
+    drift: float | None
+    tilts: Array  # by heading: displacements by the tilt, in deflections of one contact
+    loaded: Array  # by heading: whether every load stays >= 0 as its transient overshoots
 
 
 @dataclass(frozen=True)
@@ -51,15 +54,15 @@ class ContactAudit:
     integrator: str
     step: float  # [s]
     speed: float  # [m/s]
-    spin: float  # [rad/s] of the run that turns
-    exact: float | None  # stopping distance [m]; None where Coulomb's law does not determine it
-    exact_turn: float | None  # [rad]
-    why: str  # the distance is not determined
-    why_turn: str
-    determined: tuple[bool, ...]  # by heading: every load can stay >= 0
-    own: tuple[Measured, ...]  # coarse to fine; empty where it does not come to rest
-    pasted: tuple[Measured, ...]
-    failed: tuple[str, ...]  # what could not be run, and why
+    spin: float  # [rad/s] initial spin of the run that turns
+    exact: float | None  # stopping distance [m]; None if Coulomb's law does not determine it
+    exact_turn: float | None  # [rad]; None if the theory of three points does not give it
+    why: str  # why the distance is not determined
+    why_turn: str  # why the turn is not determined
+    determined: tuple[bool, ...]  # by heading: whether every load can stay >= 0
+    own: tuple[ContactRun, ...]  # coarse to fine; empty if the body does not come to rest
+    pasted: tuple[ContactRun, ...]
+    failed: tuple[str, ...]  # kinds of contacts that could not be run, with the reason
     snippet: str
     seconds: float
     model: ContactModel
@@ -67,8 +70,9 @@ class ContactAudit:
 
     @cached_property
     def distances(self) -> Array:
-        """The stopping distances to compare with [m], by heading: Coulomb's, or what the pasted
-        contacts tend to; not numbers where neither is known."""
+        """The stopping distances [m] to compare with, by heading: from Coulomb's law, or, if it
+        does not determine them, at the finest step on the pasted contacts; NaN if neither is
+        known."""
         if self.exact is not None:
             return np.where(self.determined, self.exact, np.nan)
         if not self.pasted:
@@ -77,33 +81,41 @@ class ContactAudit:
 
     @cached_property
     def known(self) -> float:
-        """[m] to which these distances are known: 0 for Coulomb's; else how far the two finest
-        steps are apart."""
+        """The uncertainty [m] of these distances: 0 from Coulomb's law, else the largest difference
+        between the two finest steps."""
         if self.exact is not None or len(self.pasted) < 2:
             return 0.0 if self.exact is not None else math.inf
-        apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
-        return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
+        differences = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
+        return math.inf if np.isnan(differences).all() else float(np.nanmax(differences))
 
-    def errors(self, run: Measured) -> Array:
-        """Of stopping distances [m], by heading; infinite where the body does not stop."""
-        apart = run.distances - self.distances
-        return np.where(np.isnan(run.distances) & ~np.isnan(self.distances), np.inf, apart)
+    def errors(self, run: ContactRun) -> Array:
+        """Returns the errors of stopping distances [m], by heading; infinite if the body does not
+        stop."""
+        differences = run.distances - self.distances
+        return np.where(
+            np.isnan(run.distances) & ~np.isnan(self.distances), np.inf, differences
+        )
 
-    def error(self, run: Measured) -> float:
-        """The largest of them [m]; not a number where none is known."""
+    def error(self, run: ContactRun) -> float:
+        """Returns the largest error of a stopping distance [m]; NaN if none is known."""
         errors = np.abs(self.errors(run))
         return float(np.nanmax(errors)) if not np.isnan(errors).all() else math.nan
 
-    def dependence(self, run: Measured) -> float:
-        """Largest less smallest stopping distance over their mean, of the headings at which it is
-        determined; not a number where it does not stop."""
-        these = run.distances[list(self.determined)]
-        return float((these.max() - these.min()) / these.mean()) if these.size else math.nan
+    def dependence(self, run: ContactRun) -> float:
+        """Returns the largest less the smallest stopping distance over their mean, for the headings
+        at which the distance is determined; NaN if the body does not stop."""
+        distances = run.distances[list(self.determined)]
+        return (
+            float((distances.max() - distances.min()) / distances.mean())
+            if distances.size
+            else math.nan
+        )
 
-    def predicted(self, run: Measured) -> Array | None:
-        """Errors that theory predicts for the pasted contacts [m], by heading: of first order in
-        the step, and of a tilt by the contacts' deflection, which is linear where no load gets to
-        0, and else not a number; None where the distance is not determined."""
+    def predicted(self, run: ContactRun) -> Array | None:
+        """Returns the predicted errors of stopping distances on the pasted contacts [m], by
+        heading; None if the distance is not determined. One part is of first order in the step. The
+        other part is from the tilt by the deflection of contacts, which is linear as long as every
+        load is positive; if a load reaches 0, the prediction is NaN."""
         first_order = self.model.first_order
         if self.exact is None or first_order is None:
             return None
@@ -113,7 +125,7 @@ class ContactAudit:
         return np.where(run.loaded, error, np.nan)
 
     def assert_within(self, metres: float) -> None:
-        """Raise AssertionError unless the model's own stopping distances are known and within
+        """Raises AssertionError unless the model's own stopping distances are known and within
         `metres` at every heading."""
         worst = self.error(self.own[0]) + self.known if self.own else math.nan
         if math.isnan(worst):
@@ -127,8 +139,8 @@ class ContactAudit:
 
 
 def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
-    """The contact audit of `model` at `speed` [m/s]; raises NotCertifiable where the body does not
-    stand."""
+    """Returns the contact audit of `model` at `speed` [m/s]. Raises NotCertifiable if the body does
+    not stand."""
     begin = time.perf_counter()
     standing = model.standing
     stance = Stance(standing.points, standing.height)
@@ -140,79 +152,93 @@ def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
         )
     spin = speed / float(np.hypot(*standing.points.T).mean())
     determined = tuple(stance.slides(max(standing.friction), h) for h in HEADINGS)
-    why = undetermined(standing, determined)
-    why_turn = why or undetermined_turn(standing, centred)
+    why = why_distance_undetermined(standing, determined)
+    why_turn = why or why_turn_undetermined(standing, centred)
     exact = None if why else stopping_distance(speed, standing.coefficient, standing.gravity)
-    exact_turn = None if why_turn else turn(standing, speed, spin)
-    as_written, why_not = _halvings(model, "own", speed, spin)
-    as_pasted, why_not_pasted = _halvings(model, "pasted", speed, spin)
+    exact_turn = None if why_turn else theoretical_turn(standing, speed, spin)
+    as_written, why_not = _slides_at_halved_steps(model, "own", speed, spin)
+    as_pasted, why_not_pasted = _slides_at_halved_steps(model, "pasted", speed, spin)
     return ContactAudit(
-        model.name,
-        standing,
-        model.integrator,
-        model.step,
-        speed,
-        spin,
-        exact,
-        exact_turn,
-        why,
-        why_turn,
-        determined,
-        as_written,
-        as_pasted,
-        (*why_not, *why_not_pasted),
-        model.snippet(),
+        name=model.name,
+        standing=standing,
+        integrator=model.integrator,
+        step=model.step,
+        speed=speed,
+        spin=spin,
+        exact=exact,
+        exact_turn=exact_turn,
+        why=why,
+        why_turn=why_turn,
+        determined=determined,
+        own=as_written,
+        pasted=as_pasted,
+        failed=(*why_not, *why_not_pasted),
+        snippet=model.snippet(),
         model=model,
-        free=free_slide(model, speed, _lasting(standing, speed)) if standing.locked else None,
+        free=free_slide(model, speed, _run_length(standing, speed))
+        if standing.locked
+        else None,
         seconds=time.perf_counter() - begin,
     )
 
 
-def _halvings(
+def _slides_at_halved_steps(
     model: ContactModel, kind: str, speed: float, spin: float
-) -> tuple[tuple[Measured, ...], tuple[str, ...]]:
-    """Slides on contacts of a kind at the model's step and its halvings, with pushes at the step
-    itself along headings at which the body does not tip, and why they end early."""
+) -> tuple[tuple[ContactRun, ...], tuple[str, ...]]:
+    """Returns the slides on contacts of a `kind` at the model's step and its halvings, and the
+    reason if they end early. At the step itself the body is also pushed along headings at which it
+    does not tip."""
     standing = model.standing
-    runs = list[Measured]()
-    duration = _lasting(standing, speed)
-    most = max(standing.friction)
+    runs = list[ContactRun]()
+    duration = _run_length(standing, speed)
+    largest_friction = max(standing.friction)
     push = PUSH * float(np.mean(standing.friction)) * standing.gravity
     upright = Stance(standing.points, standing.height)
-    for k in range(HALVINGS + 1):
-        step = model.step / 2**k
+    for halvings in range(HALVINGS + 1):
+        step = model.step / 2**halvings
         try:
             floor = getattr(model, kind)(step)
-            if more := set(floor.feet) ^ set(standing.feet):
+            differing = set(floor.feet) ^ set(standing.feet)
+            if differing:
                 raise NotCertifiable(
-                    f"at {step:g} s other geoms touch ({', '.join(sorted(more))})"
+                    f"at {step:g} s other geoms touch ({', '.join(sorted(differing))})"
                 )
         except NotCertifiable as reason:
             return tuple(runs), (f"{kind} contacts: {reason}",)
         stance = Stance(floor.points[:, :2], -float(floor.points[:, 2].mean()))
-        pushed = [h for h in HEADINGS[::2] if not k and upright.slides(PUSH * most, h)]
-        slides = [floor.slide(h, speed, 0.0, duration) for h in HEADINGS]
+        pushed = [
+            heading
+            for heading in HEADINGS[::2]
+            if not halvings and upright.slides(PUSH * largest_friction, heading)
+        ]
+        slides = [floor.slide(heading, speed, 0.0, duration) for heading in HEADINGS]
         runs.append(
-            Measured(
+            ContactRun(
                 step,
                 np.array([s.along if s.rests else np.nan for s in slides]),
                 max(abs(s.turn) for s in slides),
                 floor.slide(TURN_HEADING, speed, spin, LONGER * duration),
-                max((floor.drift(h, push, PUSHED) for h in pushed), default=None),
-                np.array([stance.tilt(h) for h in HEADINGS]),
-                np.array([stance.slides(model.overshoot * most, h) for h in HEADINGS]),
+                max((floor.drift(heading, push, PUSHED) for heading in pushed), default=None),
+                np.array([stance.tilt(heading) for heading in HEADINGS]),
+                np.array(
+                    [
+                        stance.slides(model.overshoot * largest_friction, heading)
+                        for heading in HEADINGS
+                    ]
+                ),
             )
         )
     return tuple(runs), ()
 
 
-def _lasting(standing: Standing, speed: float) -> float:
-    """[s] of a run: several times that in which Coulomb friction stops the body."""
+def _run_length(standing: Standing, speed: float) -> float:
+    """Returns the length [s] of a run: LONGER times the time in which Coulomb friction stops the
+    body."""
     return LONGER * speed / (min(standing.friction) * standing.gravity)
 
 
-def undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
-    """Why Coulomb's law does not determine the stopping distance; empty where it does."""
+def why_distance_undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
+    """Explains why Coulomb's law does not determine the stopping distance; empty if it does."""
     if math.isnan(standing.coefficient):
         least = min(standing.friction)
         most = max(standing.friction)
@@ -225,8 +251,9 @@ def undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:
     return ""
 
 
-def undetermined_turn(standing: Standing, centred: float) -> str:
-    """Why our theory of three points does not give the turn; empty where it does."""
+def why_turn_undetermined(standing: Standing, centred: float) -> str:
+    """Explains why the theory of three points does not give the turn; empty if it does. `centred`
+    is the least distance [m] of the centre of mass to the edge of the feet."""
     if standing.torsion:
         return "contacts resist turns by moments of their own (condim above 3)"
     if len(standing.points) != 3:
@@ -240,21 +267,22 @@ def undetermined_turn(standing: Standing, centred: float) -> str:
     return ""
 
 
-def turn(standing: Standing, speed: float, spin: float) -> float:
-    """The turn [rad] of a flat body on three points that begins at `speed` [m/s] and `spin`
+def theoretical_turn(standing: Standing, speed: float, spin: float) -> float:
+    """Returns the turn [rad] of a flat body on three points that begins at `speed` [m/s] and `spin`
     [rad/s], by the theory of three points."""
     first, second, third = ((float(p[0]), float(p[1])) for p in standing.points)
-    half = standing.mass / 2  # no point mass: half of the body's is at its centre of mass
+    # Half of the mass is at the centre of mass, as the body is no point mass
+    half_mass = standing.mass / 2
     body = Capsule(
-        half,
-        half,
+        half_mass,
+        half_mass,
         standing.inertia,
         (first, second, third),
         standing.coefficient,
         standing.gravity,
     )
-    way = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
+    velocity = (speed * math.cos(TURN_HEADING), speed * math.sin(TURN_HEADING))
     motion = three_point_motion(
-        body, fixed((0.0, 0.0)), InitialVelocities(velocity=way, angular_velocity=spin)
+        body, fixed((0.0, 0.0)), InitialVelocities(velocity=velocity, angular_velocity=spin)
     )
     return float(motion.at(np.array([motion.rest_time])).heading[0])

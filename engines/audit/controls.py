@@ -1,4 +1,4 @@
-"""Controls that drive a model during its audit: held over periods, and replayed."""
+"""Controls that drive a model during its audit. They are held over periods and can be replayed."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import OwnModel, Script, periods
 from plumbob.models.border import must_be
 
-PERIOD = 0.02  # [s] about, for which a control is held
-DURATION = 1.0  # [s]
-AMPLITUDE = 0.3  # of half a control's range
-FREQUENCY, APART = 0.7, 0.13  # [Hz] of the first sine, and from each to the next
-MOST = 100_000  # periods, and steps in one
+PERIOD = 0.02  # [s] approximate time for which a control is held
+DURATION = 1.0  # [s] default duration of a motion
+AMPLITUDE = 0.3  # amplitude of a sine, as a fraction of half a control's range
+# [Hz] frequency of the first sine, and difference of successive frequencies
+FREQUENCY, APART = 0.7, 0.13
+MOST = 100_000  # most periods, and most steps in a period
 KINDS = ("rest", "zero", "sines")
 
 
@@ -25,11 +26,11 @@ def script(
     duration: float | None = None,
     period: float | None = None,
 ) -> Script:
-    """The start of `model` and its control: "rest" keeps what it starts with, "zero" nothing,
-    "sines" moves each actuator about that by sines of its own; or values of shape (periods,
-    actuators). It is held for the multiple of the model's step that is nearest to `period` [s], and
-    lasts to the end of the period in which `duration` [s] ends, or as long as the values. Raises
-    ParameterError."""
+    """Returns the start of `model` and its controls. "rest" keeps the control of the start, "zero"
+    applies none, and "sines" moves each actuator about the control of the start by a sine of its
+    own; otherwise `control` has the values, shape (periods, actuators). A control is held for the
+    multiple of the model's step that is nearest to `period` [s]. The controls last to the end of
+    the period in which `duration` [s] ends, or as long as the values. Raises ParameterError."""
     wanted = positive("ctrl period", PERIOD if period is None else period)
     if wanted > MOST * model.step:
         raise ParameterError("ctrl period", wanted, f"at most {MOST} steps of {model.step:g} s")
@@ -38,9 +39,11 @@ def script(
         raise ParameterError("duration", duration, f"at most {MOST} periods of {held:g} s")
     if isinstance(control, str):
         count = max(1, round(DURATION / held)) if duration is None else periods(duration, held)
-        values = _named(model, control, np.asarray(held * np.arange(count), dtype=float))
+        values = _named_controls(
+            model, control, np.asarray(held * np.arange(count), dtype=float)
+        )
     else:
-        values = _given(model, control)
+        values = _checked_controls(model, control)
         if duration is not None:
             values = values[: periods(duration, held)]
         if len(values) > MOST:
@@ -48,7 +51,8 @@ def script(
     return Script(model.state, held, values)
 
 
-def _named(model: OwnModel, control: str, times: Array) -> Array:
+def _named_controls(model: OwnModel, control: str, times: Array) -> Array:
+    """Returns the named controls at `times` [s], shape (periods, actuators)."""
     if control not in KINDS:
         raise ParameterError("ctrl", control, f"{', '.join(KINDS)}, or values {_shape(model)}")
     if control == "zero":
@@ -66,10 +70,12 @@ def _named(model: OwnModel, control: str, times: Array) -> Array:
 
 
 def _shape(model: OwnModel) -> str:
+    """Names the shape of controls."""
     return f"of shape (periods, {model.rest.size})"
 
 
-def _given(model: OwnModel, control: Any) -> Array:
+def _checked_controls(model: OwnModel, control: Any) -> Array:
+    """Returns given controls as numbers, shape (periods, actuators). Raises ParameterError."""
     wanted = _shape(model)
     what = f"{', '.join(KINDS)}, or numbers {wanted}"
     with must_be(what, "ctrl", type(control).__name__):

@@ -1,4 +1,4 @@
-"""Costs of a model's own steps, warm, in turns, beside reference steps: as a study measures."""
+"""Costs of a model's own steps, warm and measured in turns with reference steps, as in a study."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.study.cost import Cost, TimedSteps, in_turns
 from plumbob.engines.trajectory import Timed
 
-PIECE = 5e-3  # [s] of processor time, about, that is timed at once
-PLACES = 8  # of a motion, at least, where it has as many periods
-TURNS = 9  # at most; on a machine that nobody else uses three agree
-# Of the cheapest cost: what costs no more is as cheap. Steps are halved, and RK4 has four stages,
-# so that costs differ by little or by nearly two.
+PIECE = 5e-3  # [s] approximate processor time of one timed piece
+PLACES = 8  # least number of places of a motion that are timed, if it has as many periods
+TURNS = 9  # most turns; on an idle machine three agree
+# Ratio of costs up to which they count as alike. Steps are halved, and RK4 has four stages: costs
+# differ by little or by nearly two.
 ALIKE = 1.25
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """A cost over another: the medians', and what the quartiles of both leave open, which are
-    independent of each other."""
+    """A ratio of two costs: of their medians, with bounds from the quartiles of both, which are
+    taken as independent."""
 
     value: float
     low: float
@@ -32,12 +32,13 @@ class Ratio:
 
     @property
     def saves(self) -> bool:
-        """Whether it is clearly less than 1."""
+        """Whether the ratio is clearly less than 1."""
         return self.high * ALIKE < 1.0
 
 
 def ratio(cost: Cost, other: Cost, steps: float = 1.0) -> Ratio:
-    """`steps` steps at the cost of one over one at the cost of the other."""
+    """Returns the ratio of the cost of `steps` steps at `cost` to the cost of one step at
+    `other`."""
     value = steps * cost.ns_per_step / other.ns_per_step
     below = math.hypot(1.0 - cost.low / cost.ns_per_step, other.high / other.ns_per_step - 1.0)
     above = math.hypot(cost.high / cost.ns_per_step - 1.0, 1.0 - other.low / other.ns_per_step)
@@ -47,23 +48,24 @@ def ratio(cost: Cost, other: Cost, steps: float = 1.0) -> Ratio:
 def timed_periods(
     model: OwnModel, script: Script, states: Array, integrator: str, parts: int, seconds: float
 ) -> Timed:
-    """About `PIECE` [s] of the motion whose `states`, shape (n, ...), are known, at `parts` steps
-    in a control period: repeated where it is shorter, else beginnings of periods all over it;
-    `seconds` is what the whole motion takes."""
+    """Returns steps to be timed: about `PIECE` [s] of the motion with known `states`, shape (n,
+    ...), at `parts` steps in a control period. A shorter motion is repeated; in a longer motion the
+    steps are the beginnings of periods spread over it. `seconds` is the time of the whole
+    motion."""
     periods = min(len(states), len(script.controls))
     wanted = PIECE / max(seconds, 1e-9) * len(script.controls)
     count = max(min(PLACES, periods), math.ceil(wanted))
     places = np.linspace(0, periods - 1, min(periods, count)).astype(int)
     chosen = np.resize(places, count)
     steps = math.ceil(parts * min(1.0, wanted / count))
-    begun = states[chosen]
+    starts = states[chosen]
     if steps == parts:
-        begun[1:][np.diff(chosen) == 1] = np.nan  # it goes on
-    some = Script(script.start, script.period, script.controls[chosen])
-    return model.timed(some, begun, integrator, parts, steps)
+        starts[1:][np.diff(chosen) == 1] = np.nan  # the period continues the one before
+    timed_script = Script(script.start, script.period, script.controls[chosen])
+    return model.timed(timed_script, starts, integrator, parts, steps)
 
 
 def costs_in_turns(timed: Sequence[Timed]) -> tuple[Cost, ...]:
-    """The cost of a step of each."""
+    """Returns the cost of a step of each of the timed runs."""
     pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(timed)}
     return tuple(in_turns(pieces, TURNS)[0].values())

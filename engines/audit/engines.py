@@ -1,5 +1,5 @@
-"""Other engines beside MuJoCo on one motion of a user's model: their errors against its certified
-motion, and the first term of their equations that differs from those of the file."""
+"""Other engines on one motion of a user's model: their errors against its certified motion, and the
+first term of their equations of motion that differs from the file's."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms, RunsFiles
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.built_mechanism import built_runs
-from plumbob.engines.audit.reference import Certificate, moved
+from plumbob.engines.audit.reference import Certificate, largest_displacement
 from plumbob.engines.audit.step_errors import StateErrors, state_errors
 from plumbob.engines.audit.term_differences import (
     AXES,
@@ -27,13 +27,13 @@ from plumbob.engines.audit.term_differences import (
     SINGLE,
     STEP,
     TERMS,
-    Difference,
-    Held,
+    CertifiedMotion,
     Look,
-    differences,
-    force_of,
-    looks_at,
-    of_step,
+    TermDifference,
+    look_at_states,
+    step_differences,
+    term_differences,
+    total_force,
 )
 from plumbob.engines.method import Engine, Unsupported
 from plumbob.engines.own_motion import OwnModel, Script
@@ -43,12 +43,12 @@ from plumbob.engines.study.provenance import version_of
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
-# A difference is more than rounding if it exceeds this many times what rounding of the state
-# makes. Rounding within a step adds to that: up to 5 times were measured.
+# Multiple of the effect of rounding the state above which a difference is more than rounding.
+# Rounding within a step adds up to 5 times that effect, as measured.
 BEYOND = 30.0
 MORE = "less than it shows in states, and more than rounding: perhaps the solver, or contacts"
-EXACT = 1e-10  # relative rounding of numbers that are not single
-DIVERGED = 1e10  # above it MuJoCo calls a number huge
+EXACT = 1e-10  # largest relative rounding of numbers that are not in single precision
+DIVERGED = 1e10  # magnitude above which MuJoCo calls a number huge
 NOT_RIGHT = MappingProxyType(
     {
         CONTACTS: "contacts are its solver's: none is added or taken away",
@@ -58,59 +58,63 @@ NOT_RIGHT = MappingProxyType(
         SINGLE: "no force undoes rounding",
     }
 )
-HANGS = 300.0  # [s] beside its runs: kernels are compiled
+HANGS = 300.0  # [s] time in addition to the runs: kernels are compiled
 
 
 @dataclass(frozen=True)
 class EngineError:
-    """An engine's steps, at the file's step, against the certified motion."""
+    """The errors of an engine's steps, at the file's step, against the certified motion."""
 
     engine: str
     version: str = ""
-    why: str = ""  # there is no error, or the difference cannot be put right
-    # [m] at ends of the periods, so far
+    why: str = ""  # why there is no error, or the difference cannot be corrected
+    # [m] largest so far, at the ends of the periods
     errors: Array = field(default_factory=lambda: np.zeros(0))
-    step_error: float = math.nan  # [m] of MuJoCo with the scheme of the engine at the same step
-    differences: tuple[Difference, ...] = ()  # the first one first
-    first_right: float = math.nan  # [m] error with the first term put right
-    all_right: float = math.nan  # [m] with all terms that can be
+    # [m] error of MuJoCo with the scheme of the engine at the same step
+    step_error: float = math.nan
+    differences: tuple[TermDifference, ...] = ()  # in the order in which terms are compared
+    first_right: float = math.nan  # [m] error with the first term corrected
+    all_right: float = math.nan  # [m] error with all terms corrected that can be
     built: float = math.nan  # [m] error of the mechanism as plumbob builds it in the engine
-    not_built: str = ""  # why it is not built, or its run ends early
-    rounding: float = math.nan  # [m] predicted of single precision
-    apart: float = math.nan  # [m] from MuJoCo's own steps
-    state_errors: StateErrors | None = None  # beside `errors`; None where there are none
+    not_built: str = ""  # why the mechanism is not built, or its run ends early
+    rounding: float = math.nan  # [m] predicted effect of single precision
+    apart: float = math.nan  # [m] largest displacement from MuJoCo's own steps
+    # Errors of attitudes, coordinates and activations; None if there are no errors
+    state_errors: StateErrors | None = None
 
     @property
     def error(self) -> float:
-        """[m] at the end."""
+        """The error [m] at the end; NaN if there is none."""
         return float(self.errors[-1]) if self.errors.size else math.nan
 
     @property
     def finite(self) -> bool:
-        """Whether it runs to the end."""
+        """Whether the run reaches the end."""
         return math.isfinite(self.error)
 
     @property
-    def first(self) -> Difference | None:
+    def first(self) -> TermDifference | None:
         """The first term that differs."""
         return self.differences[0] if self.differences else None
 
     @property
     def reason(self) -> str:
-        """Why there is no error, it ends early, or the first term is not put right."""
+        """The reason why there is no error, the run ends early, or the first term is not
+        corrected."""
         return self.why or (NOT_RIGHT.get(self.first.term, "") if self.first else "")
 
     @property
     def left(self) -> float:
-        """[m] the engine's part of the error: its step, its contacts and its precision. Where the
-        mechanism is not built in the engine, what is left with all terms put right."""
+        """The engine's part of the error [m]: from its step, its contacts and its precision. If the
+        mechanism is not built in the engine, it is the error that remains with all terms
+        corrected."""
         return self.built if math.isfinite(self.built) else self.all_right
 
     @property
     def part_explained(self) -> float | None:
-        """The fraction of the error that is gone if the model is built in the engine without the
-        engine's reader of files. If the model cannot be built there, the fraction that is gone with
-        the first wrong term corrected; None if no force corrects it."""
+        """The fraction of the error that vanishes if plumbob builds the model in the engine without
+        the engine's reader of files. If the model cannot be built there, the fraction that vanishes
+        with the first wrong term corrected; None if no force corrects it."""
         without = self.built if math.isfinite(self.built) else self.first_right
         part = (self.error - without) / self.error if self.error else math.nan
         return part if math.isfinite(part) else None
@@ -123,15 +127,17 @@ def with_engines(
     seconds: float,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Audit:
-    """An audit with the errors of the engines of these names, each in a process of its own, since
-    some crash on what they do not know; a run is given so many `seconds`."""
+    """Returns an audit with the errors of the named engines. Each engine has a process of its own,
+    since some crash on features that they do not know; each run takes `seconds` at most."""
     if not names:
         return audit
     count = audit.found.index if audit.found else 0
-    held = held_against(Path(file), audit.model, audit.script, audit.reference, count, seconds)
+    motion = certified_motion(
+        Path(file), audit.model, audit.script, audit.reference, count, seconds
+    )
     tasks = [
-        Task(n, engine_error, (n, held), HANGS + 4 * seconds, label=n)
-        for n in dict.fromkeys(names)
+        Task(name, engine_error, (name, motion), HANGS + 4 * seconds, label=name)
+        for name in dict.fromkeys(names)
     ]
     with Workers(1) as workers:
         rows = [
@@ -141,16 +147,16 @@ def with_engines(
     return replace(audit, engines=tuple(rows))
 
 
-def held_against(
+def certified_motion(
     file: Path,
     model: OwnModel,
     script: Script,
     reference: Certificate,
     count: int,
     seconds: float,
-) -> Held:
-    """A motion that is certified for so many periods, to hold engines against."""
-    return Held(
+) -> CertifiedMotion:
+    """Returns a motion that is certified for `count` periods, as the standard for other engines."""
+    return CertifiedMotion(
         file.resolve(),
         model,
         replace(script, controls=script.controls[:count]),
@@ -160,113 +166,120 @@ def held_against(
 
 
 def readers() -> tuple[str, ...]:
-    """Names of the installed engines that run model files."""
+    """Returns the names of the installed engines that run model files."""
     able = (engine for engine in engines().values() if engine.ability(RunsFiles) is not None)
     return tuple(engine.name for engine in able if installed(engine))
 
 
-def engine_error(name: str, held: Held) -> EngineError:
-    """The error of an engine, whose output is dropped."""
+def engine_error(name: str, motion: CertifiedMotion) -> EngineError:
+    """Returns the error of an engine, with the engine's output suppressed."""
     engine = find_engine(name)
     if engine.ability(RunsFiles) is None:
         return EngineError(name, why="plumbob has no reader of model files for it")
     if not installed(engine):
         return EngineError(name, why="it is not installed")
-    if not len(held.script.controls):
+    if not len(motion.script.controls):
         return EngineError(name, why="there is no certified motion")
     try:
         with captured():
-            return measured(engine, held)
+            return file_error(engine, motion)
     except RefusedFile as error:
         refused = f"it refuses the file: {error}"
     except NotRead as why:
         refused = str(why)
     with captured():
-        return _built(EngineError(name, version_of(engine), refused), engine, held)
+        return _with_built_error(EngineError(name, version_of(engine), refused), engine, motion)
 
 
-def measured(engine: Engine, held: Held) -> EngineError:
-    """The error of an engine that runs files; raises what its reader raises."""
-    runs = engine.ability(RunsFiles)
-    assert runs is not None
-    peer = runs.load(held.file, held.model.layout, held.model.step)
-    integrators = held.model.integrator, peer.integrator
-    looks = looks_at(peer, held)
-    apart = tuple(differences(engine, looks, held, runs.precision, integrators))
-    states, why = _run(peer, held)
-    mujoco = held.model.stepped(held.script, peer.integrator, held.parts).states
+def file_error(engine: Engine, motion: CertifiedMotion) -> EngineError:
+    """Returns the error of an engine that runs files. Raises the errors of its reader."""
+    reader = engine.ability(RunsFiles)
+    assert reader is not None
+    peer = reader.load(motion.file, motion.model.layout, motion.model.step)
+    integrators = motion.model.integrator, peer.integrator
+    looks = look_at_states(peer, motion)
+    differing = tuple(term_differences(engine, looks, motion, reader.precision, integrators))
+    states, why = _run(peer, motion)
+    mujoco_states = motion.model.stepped(motion.script, peer.integrator, motion.parts).states
     rounding = math.nan
-    from_mujoco = moved(held.model, states, mujoco)
-    if runs.precision > EXACT:
-        rounded = held.model.stepped(
-            held.script, peer.integrator, held.parts, single=True
+    from_mujoco = largest_displacement(motion.model, states, mujoco_states)
+    if reader.precision > EXACT:
+        rounded_states = motion.model.stepped(
+            motion.script, peer.integrator, motion.parts, single=True
         ).states
-        rounding = moved(held.model, rounded, mujoco)
+        rounding = largest_displacement(motion.model, rounded_states, mujoco_states)
         by_rounding = from_mujoco <= BEYOND * rounding
-        cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
-        apart = apart or (Difference(*cause),)
+        cause = (SINGLE, reader.precision) if by_rounding else (STEP, SAME_STEP, MORE)
+        differing = differing or (TermDifference(*cause),)
     result = EngineError(
-        engine.name,
-        version_of(engine),
-        why,
-        held.errors(states),
-        float(held.errors(mujoco)[-1]),
-        apart,
+        engine=engine.name,
+        version=version_of(engine),
+        why=why,
+        errors=motion.errors(states),
+        step_error=float(motion.errors(mujoco_states)[-1]),
+        differences=differing,
         rounding=rounding,
         apart=from_mujoco,
-        state_errors=state_errors(held.model, held.states, states),
+        state_errors=state_errors(motion.model, motion.states, states),
     )
-    return _built(_put_right(result, looks, peer, held), engine, held)
+    return _with_built_error(_with_corrections(result, looks, peer, motion), engine, motion)
 
 
-def _built(result: EngineError, engine: Engine, held: Held) -> EngineError:
-    """With the error of the model's mechanism as plumbob builds it in the engine."""
+def _with_built_error(
+    result: EngineError, engine: Engine, motion: CertifiedMotion
+) -> EngineError:
+    """Returns the result with the error of the model's mechanism as plumbob builds it in the
+    engine."""
     builds = engine.ability(BuildsMechanisms)
     if builds is None:
         return replace(result, not_built="plumbob builds no mechanism in it")
     try:
-        built = built_runs(builds, held.model, held.script, held.parts, held.seconds)
-        run = built.run(held.script)
+        built = built_runs(builds, motion.model, motion.script, motion.parts, motion.seconds)
+        run = built.run(motion.script)
     except Unsupported as why:
         return replace(result, not_built=str(why))
-    error = math.nan if run.why else float(held.errors(run.states)[-1])
+    error = math.nan if run.why else float(motion.errors(run.states)[-1])
     return replace(result, built=error, not_built=run.why)
 
 
-def _put_right(
-    result: EngineError, looks: Sequence[Look], peer: PeerModel, held: Held
+def _with_corrections(
+    result: EngineError, looks: Sequence[Look], peer: PeerModel, motion: CertifiedMotion
 ) -> EngineError:
-    """With the errors that are left with its first term put right, and with all that can be, and
-    with what differs then."""
-    right = [difference.term for difference in result.differences if difference.term in TERMS]
-    if not right:
+    """Returns the result with the errors after correcting the first term and after correcting all
+    terms that can be, and with the difference that then remains."""
+    correctable = [
+        difference.term for difference in result.differences if difference.term in TERMS
+    ]
+    if not correctable:
         return result
-    integrators = held.model.integrator, peer.integrator
-    first, late = _run(peer, held, right[:1])
-    every, later = _run(peer, held, right) if right[1:] else (first, late)
-    errors = (float(held.errors(states)[-1]) for states in (first, every))
+    integrators = motion.model.integrator, peer.integrator
+    first_states, first_end = _run(peer, motion, correctable[:1])
+    all_states, all_end = (
+        _run(peer, motion, correctable) if correctable[1:] else (first_states, first_end)
+    )
+    errors = (float(motion.errors(states)[-1]) for states in (first_states, all_states))
     return replace(
         result,
-        why=result.why or late or later,
+        why=result.why or first_end or all_end,
         differences=(
             *result.differences,
-            *of_step(_righted(looks, peer, held, right), integrators),
+            *step_differences(_corrected_looks(looks, peer, motion, correctable), integrators),
         ),
         first_right=next(errors),
         all_right=next(errors),
     )
 
 
-def _righted(
-    looks: Sequence[Look], peer: PeerModel, held: Held, right: Sequence[str]
+def _corrected_looks(
+    looks: Sequence[Look], peer: PeerModel, motion: CertifiedMotion, right: Sequence[str]
 ) -> list[Look]:
-    """The looks with the engine's acceleration as it is with some terms put right."""
-    step = held.model.step
-    velocity = held.model.layout.velocity
+    """Returns the looks with the engine's acceleration after some terms are corrected."""
+    step = motion.model.step
+    velocity = motion.model.layout.velocity
 
     def acceleration(look: Look) -> Array:
-        moved = Script(look.state, step, look.control[None])
-        one_step = replace(held, script=moved, states=look.state[None])
+        start = Script(look.state, step, look.control[None])
+        one_step = replace(motion, script=start, states=look.state[None])
         after = _run(peer, one_step, right)[0][1]
         return np.asarray(after[velocity] - look.state[velocity]) / step
 
@@ -276,44 +289,49 @@ def _righted(
     ]
 
 
-def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array, str]:
-    """States at the ends of the periods, some terms put right by a force, and why they end
-    early."""
-    script = held.script
-    parts = held.parts
-    states = np.full((len(script.controls) + 1, held.states.shape[1]), np.nan)
-    states[0], ends = script.start, time.process_time() + held.seconds
+def _run(
+    peer: PeerModel, motion: CertifiedMotion, right: Sequence[str] = ()
+) -> tuple[Array, str]:
+    """Returns the states at the ends of the periods, with some terms corrected by a force, and the
+    reason if the run ends early."""
+    script = motion.script
+    parts = motion.parts
+    states = np.full((len(script.controls) + 1, motion.states.shape[1]), np.nan)
+    states[0], ends = script.start, time.process_time() + motion.seconds
     state = script.start
-    terms = held.model.terms()
-    force = 0.0 * state[held.model.layout.velocity]
+    terms = motion.model.terms()
+    force = 0.0 * state[motion.model.layout.velocity]
     calls = parts if right else 1
     peer.begin(state)
     for k, control in enumerate(script.controls):
         for _ in range(calls):
             if right:
-                state = np.append(state, held.states[k, state.size :])  # activations, if any
-                force = _force(terms, peer, state, control, right, held.model.step)
+                # Activations that the engine does not have
+                state = np.append(state, motion.states[k, state.size :])
+                force = _correcting_force(terms, peer, state, control, right, motion.model.step)
             state = peer.advance(control, force, parts // calls)
         states[k + 1, : state.size] = state
-        at = f"{(k + 1) * script.period:.3g} s"
+        end = f"{(k + 1) * script.period:.3g} s"
         if not np.isfinite(state).all() or np.abs(state).max() > DIVERGED:
-            return states, f"it diverges within {at}"
+            return states, f"it diverges within {end}"
         if time.process_time() > ends:
-            return states, f"{held.seconds:g} s were enough for {at}"
+            return states, f"{motion.seconds:g} s were enough for {end}"
     return states, ""
 
 
-def _force(
+def _correcting_force(
     terms: Any, peer: PeerModel, state: Array, control: Array, right: Sequence[str], step: float
 ) -> Array:
-    """The generalised force to add so that an engine's step becomes the one with the file's terms
-    in place of those named in `right`. With the engine's mass matrix M_e, implicit damping D_e and
-    force f_e, and the wanted M, D and f, it is (M_e + h D_e) (M + h D)^-1 f - f_e."""
-    theirs = peer.terms(state, control)
-    ours = terms(state, control)
-    chosen = {**theirs, **{name: ours[name] for name in right}}
-    implicit = theirs.get("damping", np.zeros(len(ours["gravity"])))
-    damping = ours["damping"] if "passive" in right else implicit
-    wanted = np.linalg.solve(chosen[TERMS[0]] + step * np.diag(damping), force_of(chosen))
-    inertia: Array = theirs[TERMS[0]] + step * np.diag(implicit)
-    return inertia @ wanted - force_of(theirs)
+    """Returns the generalised force to add so that an engine's step uses the file's terms in place
+    of those named in `right`. With the engine's mass matrix M_e, implicit damping D_e and force
+    f_e, and the wanted M, D and f, it is (M_e + h D_e) (M + h D)^-1 f - f_e."""
+    engine_terms = peer.terms(state, control)
+    file_terms = terms(state, control)
+    chosen = {**engine_terms, **{name: file_terms[name] for name in right}}
+    implicit = engine_terms.get("damping", np.zeros(len(file_terms["gravity"])))
+    damping = file_terms["damping"] if "passive" in right else implicit
+    acceleration = np.linalg.solve(
+        chosen[TERMS[0]] + step * np.diag(damping), total_force(chosen)
+    )
+    inertia: Array = engine_terms[TERMS[0]] + step * np.diag(implicit)
+    return inertia @ acceleration - total_force(engine_terms)

@@ -18,9 +18,9 @@ from plumbob.models.entry_points import captured, on_stderr
 
 
 def environment(name: str, seed: int = 0) -> Any:
-    """The environment of that name in Gymnasium, reset with a seed; raises ImportError where
-    Gymnasium, or what it needs, is not installed, and ParameterError where it has no such MuJoCo
-    environment."""
+    """Returns the environment of that name in Gymnasium, reset with a seed. Raises ImportError if
+    Gymnasium, or a package that it needs, is not installed, and ParameterError if it has no such
+    MuJoCo environment."""
     gymnasium = importlib.import_module("gymnasium")
     what = "the name of a MuJoCo environment of Gymnasium"
     at_border = must_be(what, "gym", name, ImportError)
@@ -35,15 +35,16 @@ def environment(name: str, seed: int = 0) -> Any:
 
 
 def start_and_period(environment: Any) -> tuple[Any, float]:
-    """A copy of the mjData of an environment, and for how long [s] it holds an action."""
+    """Returns a copy of the mjData of an environment, and the time [s] for which it holds an
+    action."""
     inner = environment.unwrapped
     return copy.copy(inner.data), float(inner.frame_skip * inner.model.opt.timestep)
 
 
 def rollout(environment: Any, policy: Policy, duration: float) -> Array:
-    """Controls, shape (periods, actuators), that an environment makes of the actions of `policy`,
-    which is called with its observations, for a duration [s] or until the episode ends. Raises
-    ParameterError."""
+    """Returns the controls, shape (periods, actuators), that an environment computes from the
+    actions of `policy`. The policy is called with observations for a duration [s] or until the
+    episode ends. Raises ParameterError."""
     name = policy_name(policy)
     what = "a function of an observation that returns actions"
     inner = environment.unwrapped

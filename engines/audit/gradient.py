@@ -1,13 +1,13 @@
-"""Derivatives of a model's end by its controls and its start: the certified ones of the continuous
-motion, and the errors of those of a run, by MuJoCo or another engine.
+"""Derivatives of the end of a motion by its controls and its start: certified derivatives of the
+continuous motion, and the errors of the derivatives of a run in MuJoCo or another engine.
 
 Central differences D(eps) of certified motions have an error C eps^2 + O(eps^4), so that
 
     (4 D(eps/2) - D(eps)) / 3                                                                  (1)
 
-has one of O(eps^4). It is computed twice, by another method with another eps; what the two differ
-by, with no discount, is the uncertainty. The best eps of a run's central difference is predicted
-with this C and with R = u |x| sqrt(N) growth, of a rounding u in each of N steps.
+has an error of O(eps^4). Eq. 1 is computed twice, the second time by another method with another
+eps; the whole difference of the two is the uncertainty. The best eps of a run's central difference
+is predicted with this C and with R = u |x| sqrt(N) growth, for a rounding u in each of N steps.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import OwnDerivative
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.built_mechanism import ScriptRuns, built_runs, scene_of
-from plumbob.engines.audit.reference import TIGHT, Certificate, computed
+from plumbob.engines.audit.reference import TIGHT, Certificate, integration
 from plumbob.engines.audit.step_of_method import MUJOCO, builder_of, in_own_process
 from plumbob.engines.derivative_ways import (
     CENTRAL,
@@ -39,71 +39,74 @@ from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 
-# The two computations of eq. 1, (method, tolerance, eps): with contacts, differences that are ten
-# times smaller show what is left of the tolerance (calibrated in tests/audit/test_audit_gradient),
-# and the error is no power of eps, so that these are far apart (by tests/audit/robots/gradients).
+# The two computations of eq. 1, (method, tolerance, eps). With contacts, ten times smaller
+# differences show the error that the tolerance leaves (calibrated in
+# tests/audit/test_audit_gradient), and the error is no power of eps: hence the two eps differ by a
+# factor of three (checked by tests/audit/robots/gradients).
 CERTIFYING = (("DOP853", TIGHT, 1e-3), ("RK45", 10.0 * TIGHT, 3e-3))
-SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 9))  # eps of the own run's differences
-LARGEST = 10  # entries that are listed
-TRUSTED = 0.2  # of the gradient: it is known to that
-LOST = 1.0  # of the gradient: an error as large leaves nothing of it
+# eps of the differences of the model's own run
+SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 9))
+LARGEST = 10  # most entries that are listed
+TRUSTED = 0.2  # largest relative uncertainty of a gradient that counts as known
+LOST = 1.0  # relative error from which a gradient means nothing
 
 
 Entry = Mapping[str, Any]
-"""The derivative "of" one coordinate "by" one number, or the norm of "all", at the end: the "way",
-"exact" and its "uncertainty" [m or rad per unit of the number], "computed", "relative_error" and
-"eps"; None where there is none."""
+"""The derivative "of" one coordinate "by" one number at the end of the motion, or the norm of "all"
+derivatives. It has the "way", "exact" and its "uncertainty" [m or rad per unit of the number],
+"computed", "relative_error" and "eps". A value that does not exist is None."""
 
 
 @dataclass(frozen=True)
 class CertifiedGradient:
-    """The derivatives of the continuous motion, beside those of a run."""
+    """The certified derivatives of the continuous motion, and the derivatives of a run."""
 
-    of: tuple[str, ...]  # coordinates
-    by: tuple[str, ...]  # numbers: of the start, and constant additions to controls
-    exact: (
-        Array  # shape (n, coordinates, numbers), at the ends of periods; no number: not known
-    )
-    uncertainty: Array  # shape (n, numbers), of the largest entry
+    of: tuple[str, ...]  # names of the coordinates
+    # Names of the numbers: of the start, and constant additions to controls
+    by: tuple[str, ...]
+    exact: Array  # at the ends of periods, shape (n, coordinates, numbers); NaN if not known
+    uncertainty: Array  # uncertainty of the largest entry, shape (n, numbers)
     times: Array  # [s], shape (n,)
     ways: tuple[RunDerivatives, ...]
-    predicted_eps: float  # of a central difference
-    left_out: tuple[str, ...] = ()  # numbers that it is not known by, and why
+    predicted_eps: float  # best eps of a central difference
+    left_out: tuple[str, ...] = ()  # numbers without a known derivative, each with the reason
 
     @cached_property
     def known(self) -> Array:
-        """Which numbers it is known by at the end, shape (numbers,)."""
+        """Whether the derivative by each number is known at the end, shape (numbers,)."""
         return np.asarray(np.isfinite(self.uncertainty[-1]))
 
     def norm(self, values: Array) -> Array:
-        """Of matrices of shape (..., coordinates, numbers), over the numbers that are known."""
+        """Returns the norms of matrices of shape (..., coordinates, numbers), over the numbers with
+        known derivatives."""
         return np.asarray(np.linalg.norm(values[..., self.known], axis=(-2, -1)))
 
-    def relative(self, apart: Array) -> Array:
-        """A norm over that of the gradient, over time, shape (n,); 0 where nothing depends on any
-        number yet."""
+    def relative(self, norms: Array) -> Array:
+        """Returns a norm over time, shape (n,), relative to the norm of the gradient; 0 as long as
+        nothing depends on any number."""
         sizes = self.norm(self.exact)
-        return np.divide(apart, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
+        return np.divide(norms, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
 
     @cached_property
     def certificate(self) -> Array:
-        """The uncertainty over the gradient, over time, shape (n,)."""
+        """The uncertainty relative to the gradient, over time, shape (n,)."""
         return self.relative(np.linalg.norm(self.uncertainty[:, self.known], axis=1))
 
     def errors(self, way: RunDerivatives) -> Array:
-        """Of a way, over the gradient, over time, shape (n,)."""
+        """Returns the error of a way relative to the gradient, over time, shape (n,)."""
         assert way.computed is not None
         return self.relative(self.norm(way.computed - self.exact))
 
     @property
     def along(self) -> RunDerivatives | None:
-        """The way whose horizon is stated: the product along the run where there is one."""
+        """The first way that gives derivatives, whose horizon is stated: the product along the run
+        unless that gives none. None if no way does."""
         return next((way for way in self.ways if way.computed is not None), None)
 
     @cached_property
     def lost(self) -> tuple[tuple[float, float], ...]:
-        """Intervals [s] within which the error is as large as the gradient all the time. Times at
-        which the gradient is not known well enough are skipped."""
+        """Intervals [s] within which the error is always as large as the gradient. Times at which
+        the gradient is not known well enough are skipped."""
         if self.along is None:
             return ()
         known = self.certificate <= TRUSTED
@@ -123,7 +126,8 @@ class CertifiedGradient:
 
     @property
     def why(self) -> str:
-        """Why there is no time from which on the derivative means nothing; empty if there is."""
+        """Explains why there is no time from which on the derivative means nothing; empty if there
+        is such a time."""
         if self.horizon is not None:
             return ""
         if self.along is None:
@@ -137,53 +141,57 @@ class CertifiedGradient:
         return f"the error is as large {spans} only; it is {errors[-1]:.2g} % at {until:.3g} s"
 
     def growth(self, values: Array) -> float | None:
-        """How many times as large as at the start derivatives by the positions become, at most;
-        None where they are not known."""
+        """Returns the largest size of the derivatives by the positions of the start, relative to
+        their size at the start; None if they are not known."""
         count = len(self.of)
         sizes = np.linalg.norm(values[:, :, :count][..., self.known[:count]], axis=(1, 2))
         return float(sizes.max() / sizes[0]) if self.known[:count].any() else None
 
     def worst(self, way: RunDerivatives) -> Entry:
-        """The entry with the largest error of a way."""
+        """Returns the entry with the largest error of a way."""
         assert way.computed is not None
-        off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
-        return self._entry(way, int(np.argmax(off)))
+        errors = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
+        return self._entry(way, int(np.argmax(errors)))
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """Of each way the norm of all, then the largest entries."""
+        """The norm of all derivatives and then the largest derivatives, each by every way."""
         sizes = np.nan_to_num(np.abs(self.exact[-1]))
         return self._entries([None, *np.argsort(-sizes, axis=None)[:LARGEST].tolist()])
 
     def between(self, of: Sequence[str], by: Sequence[str]) -> tuple[Entry, ...]:
-        """Of each way the derivatives of these coordinates by these numbers."""
+        """Returns the derivatives of some coordinates by some numbers, each by every way."""
         both = product(map(self.of.index, of), map(self.by.index, by))
         return self._entries([len(self.by) * row + column for row, column in both])
 
     def _entries(self, places: Sequence[int | None]) -> tuple[Entry, ...]:
-        return tuple(self._entry(way, place) for place in places for way in self.ways)
+        """Returns the entries at some places of the matrix, counted by rows, each by every way."""
+        return tuple(self._entry(way, place) for place, way in product(places, self.ways))
 
     def _entry(self, way: RunDerivatives, place: int | None) -> Entry:
-        """That of a number of the matrix, by row; None: the norm of all."""
+        """Returns the entry at a place of the matrix, counted by rows; for None, the norm of
+        all."""
         row, column = divmod(place or 0, len(self.by))
 
         def value(matrix: Array) -> float:
             return float(self.norm(matrix) if place is None else matrix[row, column])
 
         exact = value(self.exact[-1])
-        computed = off = None
+        computed = error = None
         if way.computed is not None and math.isfinite(value(way.computed[-1])):
             computed = value(way.computed[-1])
-            off = value(way.computed[-1] - self.exact[-1])
-        known = self.certificate[-1] * exact if place is None else self.uncertainty[-1, column]
+            error = value(way.computed[-1] - self.exact[-1])
+        uncertainty = (
+            self.certificate[-1] * exact if place is None else self.uncertainty[-1, column]
+        )
         return {
             "of": "all" if place is None else self.of[row],
             "by": "all" if place is None else self.by[column],
             "way": way.name,
             "exact": exact,
-            "uncertainty": float(known),
+            "uncertainty": float(uncertainty),
             "computed": computed,
-            "relative_error": off / exact if off is not None and exact else None,
+            "relative_error": error / exact if error is not None and exact else None,
             "eps": way.eps,
         }
 
@@ -196,17 +204,18 @@ def certified_gradient(
     allowance: Allowance,
     method: Method | None = None,
 ) -> CertifiedGradient:
-    """The derivatives at the end of the period `index`, up to which the motion is certified, by as
-    many numbers as time allows, controls first, beside those of the run of a `method`, or of the
-    model's own integrator. Raises NotCertifiable if there are none, with the reason, and
-    Unsupported if the engine of the method cannot express a part of the model."""
+    """Returns the derivatives at the end of the period `index`, up to which the motion is
+    certified, and the derivatives of the run of a `method`, or of the model's own integrator. They
+    are by as many numbers as time allows, controls first. Raises NotCertifiable with the reason if
+    there are none, and Unsupported if the engine of the method cannot express a part of the
+    model."""
     if not index:
         raise NotCertifiable(f"there is no reference: {reference.why}")
     if reference.widths:
         why = "contacts that begin over layers leave no derivative that is certain"
         raise NotCertifiable(why)
     script = replace(script, controls=script.controls[:index])
-    exact, uncertainty, curvature, left_out = _certified(model, script, allowance)
+    exact, uncertainty, curvature, left_out = _certified_derivatives(model, script, allowance)
     known = np.isfinite(uncertainty[-1])
     if not known.any():
         raise NotCertifiable(left_out[0])
@@ -214,60 +223,66 @@ def certified_gradient(
     method = method or find_method(f"{MUJOCO}/{model.integrator}")
     asked = (method, model, script, known, allowance.seconds)
     if method.engine == MUJOCO:
-        ways = own_ways(*asked)
+        ways = derivatives_of_run(*asked)
     else:
-        ways = in_own_process(own_ways, asked, 2.0 * allowance.seconds)
-    # A model at rest is as large as what it is moved by.
+        ways = in_own_process(derivatives_of_run, asked, 2.0 * allowance.seconds)
+    # A model whose coordinates are 0 has coordinates of the size of the shifts in the differences.
     size = max(SWEEP[0], float(np.abs(reference.course.states[: index + 1]).max()))
     rounding = np.finfo(float).eps * size * math.sqrt(script.duration / model.step)
     rounding *= max(1.0, float(np.abs(exact[..., known]).max()))
     return CertifiedGradient(
-        model.names["position"],
-        numbers_of(model),
-        exact,
-        uncertainty,
-        script.times,
-        ways,
-        CENTRAL.best_eps(max(curvature, rounding), rounding),
-        left_out,
+        of=model.names["position"],
+        by=numbers_of(model),
+        exact=exact,
+        uncertainty=uncertainty,
+        times=script.times,
+        ways=ways,
+        predicted_eps=CENTRAL.best_eps(max(curvature, rounding), rounding),
+        left_out=left_out,
     )
 
 
 def numbers_of(model: OwnModel) -> tuple[str, ...]:
-    """Names of the numbers that derivatives are by: a kind, and the name of a joint, an activation
-    or an actuator."""
-    return tuple(f"{kind} {name}" for kind, names in model.names.items() for name in names)
+    """Returns the names of the numbers by which derivatives are taken: a kind, and the name of a
+    joint, an activation or an actuator."""
+    numbers = list[str]()
+    for kind, names in model.names.items():
+        numbers += [f"{kind} {name}" for name in names]
+    return tuple(numbers)
 
 
-def _certified(
+def _certified_derivatives(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Array, Array, float, tuple[str, ...]]:
-    """The derivatives and uncertainty of `CertifiedGradient`, the largest C of eq. 1, and the
-    numbers that are left out, each with the reason."""
+    """Returns the derivatives and the uncertainty of a `CertifiedGradient`, the largest C of eq. 1,
+    and the numbers that are left out, each with the reason."""
     by = numbers_of(model)
     count = len(model.names["position"])
     exact = np.full((len(script.times), count, len(by)), np.nan)
     uncertainty = np.full((len(exact), len(by)), math.inf)
     curvatures = [0.0]
     left_out = list[str]()
-    state = len(by) - len(model.names["control"])
-    for number in (*range(state, len(by)), *range(state)):
+    first_control = len(by) - len(model.names["control"])
+    for number in (*range(first_control, len(by)), *range(first_control)):
         allowance.progress(f"derivative by {by[number]}")
         try:
-            _within_range(model, script, number - state)
-            both = [_refined(model, script, number, way, allowance) for way in CERTIFYING]
+            _check_range(model, script, number - first_control)
+            computations = [
+                _extrapolated_difference(model, script, number, way, allowance)
+                for way in CERTIFYING
+            ]
         except NotCertifiable as why:
             left_out.append(f"{by[number]}: {why}")
             continue
-        exact[..., number] = both[0][0]
-        uncertainty[:, number] = np.abs(both[0][0] - both[1][0]).max(axis=1)
-        curvatures.append(both[0][1])
+        exact[..., number] = computations[0][0]
+        uncertainty[:, number] = np.abs(computations[0][0] - computations[1][0]).max(axis=1)
+        curvatures.append(computations[0][1])
     return exact, uncertainty, max(curvatures), tuple(left_out)
 
 
-def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
-    """Raises NotCertifiable for a control at an end of its range, where there is a derivative on
-    one side only."""
+def _check_range(model: OwnModel, script: Script, actuator: int) -> None:
+    """Raises NotCertifiable for a control at an end of its range, which has a one-sided derivative
+    only."""
     if actuator >= 0:
         (low, high) = model.ranges[actuator]
         values = script.controls[:, actuator]
@@ -275,27 +290,28 @@ def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
             raise NotCertifiable("at an end of its range")
 
 
-def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:
-    """A script with one number of the start, or of all controls, another."""
+def _shifted_script(model: OwnModel, script: Script, number: int, by: float) -> Script:
+    """Returns a script with one number of the start, or of all controls, changed `by` an amount."""
     shift = by * (np.arange(len(numbers_of(model))) == number)
     state = shift.size - model.rest.size
     start = model.shifted(script.start, shift[:state]) if number < state else script.start
     return replace(script, start=start, controls=script.controls + shift[state:])
 
 
-def _refined(
+def _extrapolated_difference(
     model: OwnModel,
     script: Script,
     number: int,
     way: tuple[str, float, float],
     allowance: Allowance,
 ) -> tuple[Array, float]:
-    """Eq. 1 over time, shape (n, coordinates), and C; raises NotCertifiable."""
+    """Returns eq. 1 over time, shape (n, coordinates), and C. `way` is (method, tolerance, eps).
+    Raises NotCertifiable."""
     method, tolerance, eps = way
 
     def course(by: float) -> Array:
-        moved = _moved(model, script, number, by)
-        motion = computed(model, moved, method, tolerance, allowance.left)
+        moved = _shifted_script(model, script, number, by)
+        motion = integration(model, moved, method, tolerance, allowance.left)
         if motion.why:
             raise NotCertifiable(motion.why)
         return motion.states
@@ -307,14 +323,17 @@ def _refined(
     return (4.0 * narrow - wide) / 3.0, curvature
 
 
-def own_ways(
+def derivatives_of_run(
     method: Method, model: OwnModel, script: Script, known: Array, seconds: float
 ) -> tuple[RunDerivatives, ...]:
-    """Derivatives of the run of a method at the model's own step by the numbers that are `known`:
-    multiplied along the run, by the engine's own way if it has one for mechanisms, and by central
-    and forward differences with the eps that changes each of them least when it becomes the next
-    smaller one. Of MuJoCo's methods the integrator is that of the model. Raises Unsupported if
-    another engine cannot express a part of the model, and names that part."""
+    """Returns derivatives of the run of a method at the model's own step by the numbers that are
+    `known`.
+
+    The ways are: the product along the run; the engine's own ways for mechanisms; central and
+    forward differences, each with the eps whose derivatives change least when eps becomes the next
+    smaller one. If the method is one of MuJoCo's, the integrator is the model's own. Raises
+    Unsupported if another engine cannot express a part of the model, and names that part.
+    """
     parts = round(script.period / model.step)
     if method.engine == MUJOCO:
         stepper = model.stepper(model.integrator, script.period / parts)
@@ -324,7 +343,7 @@ def own_ways(
 
     @cache
     def states(number: int, by: float) -> Array:
-        stepped = runs.run(_moved(model, script, number, by))
+        stepped = runs.run(_shifted_script(model, script, number, by))
         if stepped.why:
             raise NotCertifiable(f"its run {stepped.why}")
         return stepped.states
@@ -332,7 +351,7 @@ def own_ways(
     numbers = np.flatnonzero(known).tolist()
     shape = len(script.times), len(model.names["position"]), known.size
     engines_own = (
-        _by_mechanisms(own, method, model, script, known)
+        _engines_own_derivatives(own, method, model, script, known)
         for own in engine_of(method).abilities_of(OwnDerivative)
         if own.of_mechanisms is not None
     )
@@ -343,11 +362,11 @@ def own_ways(
     return (runs.product(script), *engines_own, *differences)
 
 
-def _by_mechanisms(
+def _engines_own_derivatives(
     own: OwnDerivative, method: Method, model: OwnModel, script: Script, known: Array
 ) -> RunDerivatives:
-    """Derivatives at the end by a way of the engine's own, which is given the mechanism in states
-    beside its start and under controls beside its controls."""
+    """Returns derivatives at the end by a way of the engine's own, which is given three mechanisms:
+    one as it is, and two with a start or controls shifted to either side."""
     assert own.of_mechanisms is not None
     names = numbers_of(model)
     degrees = len(model.names["position"])
@@ -355,7 +374,8 @@ def _by_mechanisms(
     reasons = dict[str, str]()
     for number in np.flatnonzero(known).tolist():
         scenes = [
-            scene_of(model, _moved(model, script, number, by)) for by in (-NUDGE, 0.0, NUDGE)
+            scene_of(model, _shifted_script(model, script, number, shift))
+            for shift in (-NUDGE, 0.0, NUDGE)
         ]
         try:
             computed[-1, :, number] = own.of_mechanisms(

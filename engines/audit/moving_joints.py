@@ -1,7 +1,8 @@
-"""A slide with joints free, under the model's own controls, beside its certified motion.
+"""A slide with joints free, under the model's own controls, compared with its certified motion.
 
 The contact audit slides a body as one rigid piece. Servos give way while it brakes, so that the
-whole model stops elsewhere: by how much, its own continuous motion tells."""
+whole model stops elsewhere. The model's continuous motion shows how far away.
+"""
 
 from __future__ import annotations
 
@@ -14,37 +15,39 @@ from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import NotCertifiable
 
-BUDGET = 10.0  # [s] of processor time, for the reference
+BUDGET = 10.0  # [s] processor time for the reference
 
 
 @dataclass(frozen=True)
 class FreeSlide:
-    """How far the body has gone along the plane's x axis, from the same speed."""
+    """The distance that the body has gone along the plane's x axis, from the same speed."""
 
-    own: float | None = None  # [m] at the model's own step; None where it diverges
-    certified: float | None = None  # [m] by its continuous motion, None where none is known
+    own: float | None = None  # [m] at the model's own step; None if the run diverges
+    certified: float | None = None  # [m] by the continuous motion; None if it is not known
     uncertainty: float = math.inf  # [m]
-    until: float = 0.0  # [s] of this slide: as far as the motion is certified
-    why: str = ""  # it is not known, or not to the end
+    until: float = 0.0  # [s] time up to which the motion is certified
+    why: str = ""  # why the motion is not known, or not to the end
 
 
 def free_slide(model: ContactModel, speed: float, duration: float) -> FreeSlide:
-    """The slide of the whole `model`, settled under its own controls, from `speed` [m/s] for
-    `duration` [s]."""
+    """Returns the slide of the whole `model`, settled under its own controls, from `speed` [m/s]
+    for `duration` [s]."""
     try:
-        whole, body, way = model.let_go(speed)
-        moved = script(whole, "rest", duration)
+        whole, body, axis = model.let_go(speed)
+        motion = script(whole, "rest", duration)
     except NotCertifiable as why:
         return FreeSlide(why=str(why))
-    reference = certified(whole, moved, Allowance(BUDGET))
+    reference = certified(whole, motion, Allowance(BUDGET))
     index = reference.known
-    run = whole.stepped(moved, whole.integrator, round(moved.period / whole.step))
-    gone = [
-        float((places[index, body] - places[0, body])[:3] @ way)
+    run = whole.stepped(motion, whole.integrator, round(motion.period / whole.step))
+    distances = [
+        float((places[index, body] - places[0, body])[:3] @ axis)
         for places in map(whole.poses, (run.states, reference.course.states))
     ]
-    own = gone[0] if math.isfinite(gone[0]) else None
-    until = float(moved.times[index])
+    own_distance = distances[0] if math.isfinite(distances[0]) else None
+    until = float(motion.times[index])
     if not index:
-        return FreeSlide(own=own, why=reference.why)
-    return FreeSlide(own, gone[1], float(reference.uncertainty[index]), until, reference.why)
+        return FreeSlide(own=own_distance, why=reference.why)
+    return FreeSlide(
+        own_distance, distances[1], float(reference.uncertainty[index]), until, reference.why
+    )

@@ -1,5 +1,6 @@
-"""The certified answer of a scene beside the exact one: the continuous motion of the scene's model
-in MuJoCo, by the integrations with which an audit certifies the motion of a user's model."""
+"""The certified answer of a scene, compared with its exact answer. The certified answer is the
+continuous motion of the scene's model in MuJoCo, integrated as an audit integrates a user's
+model."""
 
 from __future__ import annotations
 
@@ -15,7 +16,12 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.abilities import CompilesScenes
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import MOST, PERIOD
-from plumbob.engines.audit.reference import Certificate, certified, distances, largest
+from plumbob.engines.audit.reference import (
+    Certificate,
+    certified,
+    largest_distances,
+    running_maximum,
+)
 from plumbob.engines.audit.user_models import quiet
 from plumbob.engines.method import Method, meant
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
@@ -27,36 +33,38 @@ from plumbob.engines.trajectory import lost
 from plumbob.models.scene import Case
 
 # Methods of MuJoCo's whose model is certified for a run in another engine: the first that is meant
-# for the scene. Its contacts tend to rigid ones.
+# for the scene. Its contacts tend to rigid contacts.
 MODELS = ("mujoco/euler+coulomb", "mujoco/euler+stiff", "mujoco/euler")
-SAME_TIME = 1e-9  # relative: rounding of times that a run adds up or multiplies
+SAME_TIME = 1e-9  # largest relative rounding of times that a run adds up or multiplies
 
 
 @dataclass(frozen=True)
 class SceneReference:
-    """The certified answer of a scene at `times` [s], shape (n,), up to which it is certified."""
+    """The certified answer of a scene at the `times` [s], shape (n,), up to which it is
+    certified."""
 
-    method: Method  # MuJoCo's, whose model moves so
-    step: float  # [s], for which the model's contacts are
-    yields: bool  # contacts or loops of the model yield; those of the exact answer are rigid
-    periods: int  # equal parts of the scene's duration, at whose ends the times are
+    method: Method  # the method of MuJoCo's whose model is certified
+    step: float  # [s] step to which the model's contacts are adapted
+    # Whether contacts or loops of the model yield; those of the exact answer are rigid
+    yields: bool
+    periods: int  # number of equal parts of the scene's duration, whose ends are the times
     times: Array
-    observables: Signals  # shape (n,) each, without those that states do not show
-    uncertainty: Signals  # of the observables, largest so far, shape (n,) each
+    observables: Signals  # shape (n,) each, without those that a state does not determine
+    uncertainty: Signals  # largest uncertainty so far of each observable, shape (n,)
     why: str  # why it is certified no further; empty if it reaches the end
 
 
 @dataclass(frozen=True)
 class TwoAnswers:
-    """The exact and the certified answer of one observable, in its unit; each number is the largest
+    """The exact and the certified answer of one observable, in its unit. Each number is the largest
     up to the time to which the motion is certified."""
 
-    error: float  # of a run against the certified answer; not a number where the run was lost
-    error_from_exact: float  # of the same run at the same times, against the exact answer
-    uncertainty: float  # of the certified answer
-    distance: float  # between the two answers
-    rounding: float  # by which double precision may have moved either answer
-    model_error: float  # declared bound on what the model in MuJoCo adds
+    error: float  # error of a run against the certified answer; NaN if the run was lost
+    error_from_exact: float  # error of the same run at the same times, against the exact answer
+    uncertainty: float  # uncertainty of the certified answer
+    distance: float  # distance between the two answers
+    rounding: float  # bound on the effect of double precision on either answer
+    model_error: float  # declared bound on the errors of the model in MuJoCo
 
     @property
     def within(self) -> bool:
@@ -91,8 +99,8 @@ def two_answers(
 
 
 def _largest_magnitude(error: Array) -> float:
-    """The largest magnitude of errors after the start, shape (n,), of those that are numbers; not a
-    number if none is."""
+    """Returns the largest magnitude of errors, shape (n,), after the start and without NaN; NaN if
+    none is left."""
     known = np.abs(error[1:][np.isfinite(error[1:])])
     return float(known.max()) if known.size else math.nan
 
@@ -100,8 +108,8 @@ def _largest_magnitude(error: Array) -> float:
 def _run_observables(
     case: Case, method: Method, step: float, reference: SceneReference
 ) -> Signals:
-    """The observables of a run at the times of a reference, shape (n,) each, not a number at times
-    that the run does not have; none of a run that is lost. Raises Unsupported."""
+    """Returns the observables of a run at the times of a reference, shape (n,) each; NaN at times
+    that the run does not have, and empty if the run is lost. Raises Unsupported."""
     sampled = case.lasting(case.scene.duration, reference.periods)
     run = engine_of(method).prepare(sampled, method, step).run()
     if lost(run):
@@ -116,9 +124,10 @@ def _run_observables(
 
 
 def scene_reference(case: Case, method: Method, step: float, seconds: float) -> SceneReference:
-    """Returns the certified answer of the model that MuJoCo steps of a case with `method` at `step`
-    [s], or, if the method is another engine's, with the first of MODELS. It takes so many `seconds`
-    of processor time at most. Raises Unsupported, ParameterError and NotCertifiable."""
+    """Returns the certified answer of the model that MuJoCo steps for a case with `method` at
+    `step` [s]. If the method is another engine's, the model is that of the first of MODELS. It
+    takes `seconds` of processor time at most. Raises Unsupported, ParameterError and
+    NotCertifiable."""
     chosen, step = _model_method(case, method, step)
     compiles = find_engine("mujoco").ability(CompilesScenes)
     assert compiles is not None
@@ -144,8 +153,8 @@ def scene_reference(case: Case, method: Method, step: float, seconds: float) -> 
 
 
 def _model_method(case: Case, method: Method, step: float) -> tuple[Method, float]:
-    """The method of MuJoCo's whose model stands for a method's, and its step [s]. A method that
-    takes a tolerance in place of a step stands at about REFERENCE_STEP."""
+    """Returns the method of MuJoCo's whose model represents a method, and its step [s]. A method
+    with a tolerance in place of a step gets a step of about REFERENCE_STEP."""
     duration = case.scene.duration
     if method.control != "step":
         step = duration / max(1, round(duration / REFERENCE_STEP))
@@ -156,9 +165,9 @@ def _model_method(case: Case, method: Method, step: float) -> tuple[Method, floa
 
 
 def _periods(case: Case, model: OwnModel, step: float) -> tuple[float, Array]:
-    """The length [s] of equal parts of a case, whole numbers of steps [s] and PERIOD at most, if
-    the steps allow it; and the controls that are held over them, shape (periods, actuators). Raises
-    ParameterError for more than MOST periods."""
+    """Returns the length [s] of equal parts of a case, and the controls that are held over them,
+    shape (periods, actuators). A part is a whole number of steps [s], and PERIOD at most if the
+    steps allow it. Raises ParameterError for more than MOST periods."""
     steps = step_count(case.scene.duration, step)
     longest = max(1, round(PERIOD / step))
     parts = next(parts for parts in range(longest, 0, -1) if steps % parts == 0)
@@ -175,15 +184,16 @@ def _uncertainty(
     observables: Callable[[Array], Signals],
     values: Signals,
 ) -> Signals:
-    """The uncertainty of observables at the ends of the periods, shape (n,) each: their distance
-    from the other computation's, the largest so far, times the factor by which the uncertainty of
+    """Returns the uncertainty of observables at the ends of the periods, shape (n,) each: their
+    largest distance so far from the other computation, times the factor by which the uncertainty of
     the reference exceeds the displacements between the two computations."""
     states = reference.confirmed_by.states[: reference.known + 1]
-    apart = distances(reference.corners[: len(states)], model.corners(states))
+    displacements = largest_distances(reference.corners[: len(states)], model.corners(states))
     factors = np.ones(len(states))
     stated = reference.uncertainty[: len(states)]
-    np.divide(stated, apart, out=factors, where=apart > 0.0)
+    np.divide(stated, displacements, out=factors, where=displacements > 0.0)
     return {
-        name: np.maximum(factors, 1.0) * largest(np.abs(values[name] - other)[:, None])
-        for name, other in observables(states).items()
+        name: np.maximum(factors, 1.0)
+        * running_maximum(np.abs(values[name] - confirming)[:, None])
+        for name, confirming in observables(states).items()
     }

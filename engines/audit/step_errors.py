@@ -1,4 +1,5 @@
-"""A model's own steps held against its continuous motion: error, order, choice."""
+"""The errors of a model's own steps against its continuous motion, their order, and the cheapest
+step for a wanted error."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import takewhile
+from itertools import chain, takewhile
 from typing import Any
 
 import numpy as np
@@ -14,91 +15,97 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
-from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, largest
+from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, running_maximum
 from plumbob.engines.own_motion import OwnModel, Script, Stepped
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.order import Order, fit_order
 
 TARGETS = (0.1, 0.01, 1e-3, 1e-4)  # [m] wanted errors
-HALVINGS = 7  # of the model's own step
-TRUSTED = 0.2  # of a wanted error: the reference must be known to that
-# Of the error at the model's own step, or a finer one: some step must come nearer to the reference
-# than this, or it is not what the steps tend to.
+HALVINGS = 7  # most halvings of the model's own step
+TRUSTED = 0.2  # largest uncertainty of the reference, as a fraction of a wanted error
+# Fraction of the error at the model's own or finer steps: some step must come nearer to the
+# reference than this, or the steps tend to another motion.
 FALLS = 0.4
-# Of the error at a step four times as large: where the errors of all integrators fall by less, and
-# the reference resolves them, they level off at how far the reference is from their own limit.
+# Fraction of the error at a step four times as large. If the errors of all integrators fall by
+# less, and the reference resolves them, they level off at the distance of the reference from the
+# limit of the steps.
 LEVEL = 0.7
-# Times the error of the coarsest steps: errors at contacts scatter by less, and a contact that is
-# passed over changes a motion by more.
+# Multiple of the error of the coarsest steps. Errors at contacts scatter by less; a contact that
+# the steps pass over changes a motion by more.
 RISES = 10.0
-MOSTLY = 0.8  # of the periods so far must tend: contacts make single ones irregular
+# Fraction of the periods so far that must tend to the reference: contacts make single periods
+# irregular
+MOSTLY = 0.8
 
 
 @dataclass(frozen=True)
 class StepError:
-    """Errors of one integrator's run at one step, over time."""
+    """The errors of one integrator's run at one step, over time."""
 
     integrator: str
     step: float  # [s]
-    parts: int  # in a control period
+    parts: int  # steps in a control period
     # [m] largest displacement of any corner so far, at the ends of the periods, shape (n,)
     errors: Array
-    worst: str  # the body with the corner that is furthest off
-    seconds: float  # of processor time, of one run
-    why: str = ""  # it ended early
-    remarks: tuple[str, ...] = ()  # what was noticed on the way
-    cost: Cost | None = None  # of a step; None where it ended early
+    worst: str  # the body whose corner has the largest error
+    seconds: float  # [s] processor time of one run
+    why: str = ""  # why the run ended early; empty if it did not
+    remarks: tuple[str, ...] = ()  # remarks about the run
+    cost: Cost | None = None  # cost of a step; None if the run ended early
 
     @property
     def pace(self) -> Cost | None:
-        """Processor time over simulated time; None where it ended early."""
+        """Processor time over simulated time; None if the run ended early."""
         return self.cost and self.cost.scaled(1e-9 / self.step)
 
     @property
     def ns_per_second(self) -> float | None:
-        """[ns] of processor time per simulated second; None where it ended early."""
+        """Processor time [ns] per simulated second; None if the run ended early."""
         return 1e9 * self.pace.ns_per_step if self.pace else None
 
     def at(self, index: int) -> float:
-        """Error [m] at the end of a period; infinite where the run had ended."""
+        """Returns the error [m] at the end of a period; infinite if the run had ended."""
         return float(self.errors[index])
 
 
 @dataclass(frozen=True)
 class Cheapest:
-    """The cheapest integrator and step for a wanted error, and its cost over the model's own."""
+    """The cheapest integrator and step for a wanted error, and the ratio of its cost to the cost of
+    the model's own steps."""
 
     target: float  # [m]
     integrator: str
     step: float  # [s]
     error: float  # [m]
-    cost: Ratio | None  # in multiples of the model's own; None where that ended early
-    unguarded: bool = (
-        False  # the engine would soften contacts at this step, which the audit prevented
-    )
+    # Multiple of the cost of the model's own steps; None if those ended early
+    cost: Ratio | None
+    # Whether the engine would soften contacts at this step; the audit prevents that.
+    unguarded: bool = False
 
 
 @dataclass(frozen=True)
-class Compared:
-    """All steps that were tried, own integrator first, coarse to fine, and how far they reach."""
+class StepComparison:
+    """The errors of all steps that were tried, the model's own integrator first, coarse to fine,
+    and the period up to which they tend to the reference."""
 
     own: StepError
     steps: tuple[StepError, ...]
-    index: int  # of the period up to which the steps tend to the reference
-    nearest: float  # [m] the smallest error of the finest steps there
-    order: Order | None  # of the own integrator
-    cheapest: tuple[Cheapest, ...]  # by target; one that nothing reaches is left out
+    index: int  # index of the last period up to which the steps tend to the reference
+    nearest: float  # [m] smallest error of the finest steps there
+    order: Order | None  # order of the model's own integrator
+    cheapest: tuple[Cheapest, ...]  # by target, without targets that no step reaches
 
 
 @dataclass(frozen=True)
 class Balance:
-    """One reading at the model's own step beside the continuous motion's, which accounts for the
-    work of actuators, springs, dampers and friction: a difference of their energies is due to the
-    steps alone. At the ends of the control periods, up to where errors are known."""
+    """One reading at the model's own step and of the continuous motion, at the ends of the control
+    periods up to which errors are known. The energy of the continuous motion includes the work of
+    actuators, springs, dampers and friction: a difference of the two energies comes from the steps
+    alone."""
 
     name: str
-    own: float  # the largest magnitude at the own step; of an energy the largest change
-    continuous: float  # the same of the continuous motion
+    own: float  # largest magnitude at the own step; of an energy the largest change
+    continuous: float  # largest magnitude of the continuous motion, likewise
     apart: float  # largest difference of the two at the same time
 
 
@@ -112,45 +119,54 @@ class StateErrors:
     activations: float
 
 
-def compared(
+def compare_steps(
     model: OwnModel, script: Script, reference: Certificate, allowance: Allowance
-) -> Compared:
-    """Run each of the model's integrators at the model's step, at twice that step if the control
-    period allows, and at halves of it, and hold each run against the reference. In an executor the
-    integrators run beside each other; costs are measured afterwards, alone."""
+) -> StepComparison:
+    """Runs each of the model's integrators and returns the errors against the reference. The steps
+    are the model's own step, twice that step if the control period allows, and halves of it. With
+    an executor, integrators run in parallel. Costs are measured afterwards, with nothing else
+    running."""
     names = model.integrators
     groups = [names] if allowance.executor is None else [(name,) for name in names]
     runs = [
-        allowance.start(halved, model, script, reference, names, allowance.left)
+        allowance.start(errors_at_halved_steps, model, script, reference, names, allowance.left)
         for names in groups
     ]
-    errors = [step for run in runs for step in run()]
+    errors = list(chain.from_iterable(run() for run in runs))
     allowance.progress("costs")
-    errors = priced(model, script, reference, errors)
-    fixed = [s for s in errors if s.integrator == model.integrator]
-    as_is = next(s for s in fixed if s.parts == round(script.period / model.step))
-    index = tends(errors, as_is, reference)
-    chosen = (c for t in TARGETS if (c := cheapest(errors, as_is, reference, index, t)))
-    errors.sort(key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
-    return Compared(
-        as_is,
-        tuple(errors),
-        index,
-        float(finest(errors)[index]),
-        observed_order(fixed, reference, index),
-        tuple(replace(choice, unguarded=model.softened(choice.step)) for choice in chosen),
+    errors = with_costs(model, script, reference, errors)
+    fixed = [error for error in errors if error.integrator == model.integrator]
+    own_step = next(
+        error for error in fixed if error.parts == round(script.period / model.step)
+    )
+    index = last_tending_period(errors, own_step, reference)
+    cheapest = (cheapest_step(errors, own_step, reference, index, t) for t in TARGETS)
+    chosen = filter(None, cheapest)
+    errors.sort(
+        key=lambda error: (error.integrator != model.integrator, error.integrator, -error.step)
+    )
+    return StepComparison(
+        own=own_step,
+        steps=tuple(errors),
+        index=index,
+        nearest=float(finest_errors(errors)[index]),
+        order=observed_order(fixed, reference, index),
+        cheapest=tuple(
+            replace(choice, unguarded=model.softened(choice.step)) for choice in chosen
+        ),
     )
 
 
-def halved(
+def errors_at_halved_steps(
     model: OwnModel,
     script: Script,
     reference: Certificate,
     integrators: Sequence[str],
     seconds: float,
 ) -> list[StepError]:
-    """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
-    over all: about so many `seconds`; the model's own step whatever that takes."""
+    """Returns the errors of runs of some integrators, from coarse to fine steps. The integrators
+    take turns, so that about `seconds` of processor time are spread over all of them. The model's
+    own step is run regardless of the time."""
     reached = reference.known
     ends = time.process_time() + seconds
     usual = round(script.period / model.step)
@@ -163,12 +179,13 @@ def halved(
             if errors and begin >= ends and not due:
                 del going[name]
                 continue
-            errors.append(held(model, script, reference, name, parts))
+            errors.append(run_error(model, script, reference, name, parts))
             last = errors[-1].at(reached)
             fine = parts >= 4 * usual and last <= 2.0 * float(reference.uncertainty[reached])
             now = time.process_time()
             late = now + 2.5 * (now - begin) > ends
-            needed = usual << (name == model.integrator)  # one halving at least
+            # At least one halving of the model's own integrator
+            needed = usual << (name == model.integrator)
             if fine or (late and parts >= needed) or parts >= usual << HALVINGS:
                 del going[name]
             else:
@@ -176,10 +193,11 @@ def halved(
     return errors
 
 
-def priced(
+def with_costs(
     model: OwnModel, script: Script, reference: Certificate, steps: Sequence[StepError]
 ) -> list[StepError]:
-    """The same with the costs of those that did not end early, along the reference."""
+    """Returns the step errors with the costs of steps along the reference, except for runs that
+    ended early."""
     timed = [
         timed_periods(model, script, reference.states, s.integrator, s.parts, s.seconds)
         for s in steps
@@ -189,41 +207,47 @@ def priced(
     return [s if s.why else replace(s, cost=next(costs)) for s in steps]
 
 
-def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) -> int:
-    """Index of the last control period up to which the steps confirm the reference. Some
-    integrator's finest step comes much nearer to it than the worst of the model's own and finer
-    steps (its own may be near by luck), or as near as it is known. No integrator's errors level off
-    above that, or grow as its steps shrink: both would show a reference of something else."""
-    nearest = finest(steps)
+def last_tending_period(
+    steps: Sequence[StepError], as_is: StepError, reference: Certificate
+) -> int:
+    """Returns the index of the last control period up to which the steps confirm the reference.
+
+    Three conditions must hold in most periods. The finest step of some integrator comes much nearer
+    to the reference than the worst of the model's own and finer steps, or as near as the reference
+    is known. (The model's own step may be near by chance.) The errors of some integrator do not
+    level off above that uncertainty. No integrator's errors grow as its steps shrink. If either of
+    the last two fails, the reference is another motion than the limit of the steps.
+    """
+    nearest = finest_errors(steps)
     floor = np.maximum(reference.uncertainty, NOTHING)
     same = [
         s.errors for s in steps if s.integrator == as_is.integrator and s.parts >= as_is.parts
     ]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
-    good &= ~_level(steps, as_is, floor) & ~_rising(steps, floor)
+    good &= ~_errors_level_off(steps, as_is, floor) & ~_errors_rise(steps, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
 
 
-def finest(steps: Sequence[StepError]) -> Array:
-    """The errors [m] over time of the finest steps of the integrator whose finest steps are nearest
-    to the reference, shape (n,)."""
+def finest_errors(steps: Sequence[StepError]) -> Array:
+    """Returns the errors [m] over time of the finest steps nearest to the reference, shape (n,): at
+    each time the smallest over the integrators."""
     ends = [runs[-1].errors for runs in _by_integrator(steps)]
     return np.asarray(np.min(ends, axis=0))
 
 
 def _by_integrator(steps: Sequence[StepError]) -> list[list[StepError]]:
-    """The steps of each integrator, coarse to fine."""
+    """Groups the step errors by integrator, coarse to fine."""
     names = dict.fromkeys(s.integrator for s in steps)
     ordered = sorted(steps, key=lambda s: s.parts)
     return [[s for s in ordered if s.integrator == name] for name in names]
 
 
-def _rising(steps: Sequence[StepError], floor: Array) -> Any:
-    """Whether at each time an integrator's finest steps are much further from the reference than
-    its coarsest ones, and the reference resolves that, shape (n,). Coarse steps may be near because
-    they pass over a contact that the reference passes over, too."""
+def _errors_rise(steps: Sequence[StepError], floor: Array) -> Any:
+    """Whether at each time some integrator's finest steps are much further from the reference than
+    its coarsest steps, and the reference resolves the difference, shape (n,). Coarse steps may be
+    near if they pass over a contact that the reference passes over, too."""
     rises = [
         runs[-1].errors > np.maximum(RISES * runs[0].errors, RESOLVED * floor)
         for runs in _by_integrator(steps)
@@ -231,8 +255,8 @@ def _rising(steps: Sequence[StepError], floor: Array) -> Any:
     return np.any(rises, axis=0)
 
 
-def unlike(result: Compared, reference: Certificate, script: Script) -> str:
-    """Why the steps that were run do not tend to the reference."""
+def reason_for_mismatch(result: StepComparison, reference: Certificate, script: Script) -> str:
+    """Explains why the steps that were run do not tend to the reference."""
     index = reference.known
     best = min(result.steps, key=lambda s: s.at(index))
     if math.isinf(best.at(index)):
@@ -245,9 +269,9 @@ def unlike(result: Compared, reference: Certificate, script: Script) -> str:
     )
 
 
-def _level(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
-    """Where the errors of every integrator level off above `floor` [m], shape (n,); three steps up
-    to the model's own are needed to tell."""
+def _errors_level_off(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
+    """Whether at each time the errors of every integrator level off above `floor` [m], shape (n,).
+    Three steps up to the model's own step are needed; integrators with fewer are ignored."""
     levels = []
     for runs in _by_integrator(steps):
         errors = [s.errors for s in runs if s.parts >= as_is.parts]
@@ -261,36 +285,37 @@ def _level(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
 def observed_order(
     steps: Sequence[StepError], reference: Certificate, index: int
 ) -> Order | None:
-    """Slope of log error against log step, of the errors that the reference resolves."""
+    """Returns the slope of log error against log step, from the errors that the reference
+    resolves."""
     done = [s for s in steps if math.isfinite(s.at(index))]
-    floor = float(reference.uncertainty[index]) * RESOLVED / 10.0  # as `fit_order` takes it
+    # `fit_order` uses errors above ten times their floor.
+    floor = float(reference.uncertainty[index]) * RESOLVED / 10.0
     return fit_order(
         [s.step for s in done], [s.at(index) for s in done], [floor] * len(done), most=8
     )
 
 
-def cheapest(
+def cheapest_step(
     steps: Sequence[StepError],
     as_is: StepError,
     reference: Certificate,
     index: int,
     target: float,
 ) -> Cheapest | None:
-    """The cheapest of all integrators whose error, with the reference's uncertainty, stays within
-    `target` [m] at this step and every smaller one that was run; the model's own integrator, then
-    the largest step, where costs are alike. None where there is none, or the reference is not known
-    well enough to say."""
+    """Returns the cheapest step whose error, plus the uncertainty of the reference, stays within
+    `target` [m] at this step and every smaller step of the same integrator that was run. If costs
+    are alike, the model's own integrator is preferred, then the larger step. None if no step
+    reaches the target, or the reference is not known well enough."""
     doubt = float(reference.uncertainty[index])
     if doubt > TRUSTED * target:
         return None
-    reaching = [
-        step
-        for name in {s.integrator for s in steps}
-        for step in takewhile(
-            lambda s: s.cost is not None and s.at(index) + doubt <= target,
-            sorted((s for s in steps if s.integrator == name), key=lambda s: s.step),
-        )
-    ]
+
+    def reaches(step: StepError) -> bool:
+        return step.cost is not None and step.at(index) + doubt <= target
+
+    reaching = list[StepError]()
+    for runs in _by_integrator(steps):
+        reaching += takewhile(reaches, sorted(runs, key=lambda step: step.step))
     if not reaching:
         return None
     most = ALIKE * min(s.ns_per_second or math.inf for s in reaching)
@@ -304,9 +329,12 @@ def cheapest(
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
-def horizon(result: Compared, reference: Certificate, script: Script, target: float) -> float:
-    """The first time [s] at which even the most accurate step that was run misses `target` [m], or
-    the reference is not known to a fifth of it; infinite where neither happens."""
+def horizon(
+    result: StepComparison, reference: Certificate, script: Script, target: float
+) -> float:
+    """Returns the first time [s] at which even the most accurate step that was run misses `target`
+    [m], or at which the reference is not known to a fifth of the target; infinite if neither
+    happens."""
     best = np.min([s.errors for s in result.steps], axis=0)
     missed = (best + reference.uncertainty > target) | (
         reference.uncertainty > TRUSTED * target
@@ -316,61 +344,61 @@ def horizon(result: Compared, reference: Certificate, script: Script, target: fl
 
 
 def balances(model: OwnModel, reference: Array, steps: Array) -> tuple[Balance, ...]:
-    """Readings of two courses of states, shape (n, ...). An energy, which has no zero, is measured
-    from its start."""
-    theirs = model.readings(reference)
-    ours = model.readings(steps)
+    """Returns the readings of two motions, given as states of shape (n, ...). An energy is measured
+    from its value at the start, as it has no zero."""
+    continuous_readings = model.readings(reference)
+    own_readings = model.readings(steps)
     zero = np.zeros(len(steps))
     rows = []
-    for name in dict.fromkeys((*ours, *theirs)):
-        first = ours.get(name, zero)
-        second = theirs.get(name, zero)
-        start = first[0] if name == "energy" else 0.0
+    for name in dict.fromkeys((*own_readings, *continuous_readings)):
+        own = own_readings.get(name, zero)
+        continuous = continuous_readings.get(name, zero)
+        start = own[0] if name == "energy" else 0.0
         sizes = (
-            float(np.abs(x).max()) for x in (first - start, second - start, first - second)
+            float(np.abs(x).max()) for x in (own - start, continuous - start, own - continuous)
         )
         rows.append(Balance(name, *sizes))
     return tuple(rows)
 
 
 def state_errors(model: OwnModel, reference: Array, steps: Array) -> StateErrors:
-    """The largest differences of two motions' states, shape (n, ...), at equal times."""
-    here, there = (
+    """Returns the largest differences of two motions' states, shape (n, ...), at equal times."""
+    attitudes, stepped_attitudes = (
         np.moveaxis(model.poses(states)[..., 3:], 2, 0) for states in (reference, steps)
     )
-    # The quaternion of the rotation from one attitude to the other: its vector and its scalar.
-    between = here[0] * there[1:] - there[0] * here[1:]
-    between -= np.cross(here[1:], there[1:], axis=0)
+    # The rotation from one attitude to the other is a quaternion with this vector; its scalar is
+    # the dot product.
+    between = attitudes[0] * stepped_attitudes[1:] - stepped_attitudes[0] * attitudes[1:]
+    between -= np.cross(attitudes[1:], stepped_attitudes[1:], axis=0)
     angles = 2.0 * np.arctan2(
-        np.linalg.norm(between, axis=0), np.abs(np.sum(here * there, axis=0))
+        np.linalg.norm(between, axis=0), np.abs(np.sum(attitudes * stepped_attitudes, axis=0))
     )
     activations = (steps - reference)[:, model.activations]
-    apart = (angles, model.coordinates(steps, reference), activations)
-    return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in apart))
+    differences = (angles, model.coordinates(steps, reference), activations)
+    return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in differences))
 
 
-def held(
+def run_error(
     model: OwnModel, script: Script, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
-    """The errors of a run with `parts` steps of an integrator in a control period."""
+    """Returns the errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)
-    return errors_of(run, model, reference, integrator, parts)
+    return step_error_of_run(run, model, reference, integrator, parts)
 
 
-def errors_of(
+def step_error_of_run(
     run: Stepped, model: OwnModel, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
-    """The errors of a run that has been made, of whatever engine, with `parts` steps in a control
-    period."""
-    apart = np.linalg.norm(model.corners(run.states) - reference.corners, axis=2)
-    furthest = int(np.argmax(np.nan_to_num(apart, posinf=0.0).max(axis=0)))
+    """Returns the errors of a given run of any engine with `parts` steps in a control period."""
+    displacements = np.linalg.norm(model.corners(run.states) - reference.corners, axis=2)
+    furthest = int(np.argmax(np.nan_to_num(displacements, posinf=0.0).max(axis=0)))
     return StepError(
-        integrator,
-        run.step,
-        parts,
-        largest(apart),
-        model.bodies[model.corner_bodies[furthest]],
-        run.seconds,
-        run.why,
-        run.remarks,
+        integrator=integrator,
+        step=run.step,
+        parts=parts,
+        errors=running_maximum(displacements),
+        worst=model.bodies[model.corner_bodies[furthest]],
+        seconds=run.seconds,
+        why=run.why,
+        remarks=run.remarks,
     )

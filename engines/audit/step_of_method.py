@@ -1,10 +1,11 @@
-"""The error of a method's steps on the motion of a user's model, and its largest step: of an
-integrator of MuJoCo's, or of another engine that builds the mechanism of the model."""
+"""The error of a method's steps on the motion of a user's model, and its largest step. The method
+is an integrator of MuJoCo's, or another engine that builds the model's mechanism."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
@@ -20,22 +21,27 @@ from plumbob.engines.audit.stability import (
     Limit,
     largest_steps,
 )
-from plumbob.engines.audit.step_errors import StepError, errors_of, held, priced
+from plumbob.engines.audit.step_errors import (
+    StepError,
+    run_error,
+    step_error_of_run,
+    with_costs,
+)
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.own_motion import ROUNDING, OwnModel, Script
 from plumbob.engines.registry import engine_of, engines
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
-MUJOCO = "mujoco"  # the engine whose files they are
-INTEGRATOR = "integrator"  # the setting that a method of MuJoCo's has, if it has no other
-DISCRETE = "discrete"  # an integrator of MuJoCo's that an audit does not try
-HANGS = 60.0  # [s] beside the run: an engine is loaded
+MUJOCO = "mujoco"  # the engine of the model files
+INTEGRATOR = "integrator"  # the only setting of a method that is a plain integrator of MuJoCo's
+DISCRETE = "discrete"  # an integrator of MuJoCo's that audits do not try
+HANGS = 60.0  # [s] time in addition to the run: an engine is loaded
 
 
 def parts_of(script: Script, step: float) -> int:
-    """How many steps [s] there are in a control period; raises ParameterError unless it is a whole
-    number of them."""
+    """Returns the number of steps [s] in a control period. Raises ParameterError unless it is a
+    whole number."""
     parts = round(script.period / step) if step * MOST > script.period / 2.0 else MOST + 1
     what = f"a whole fraction of the control period of {script.period:g} s"
     if parts > MOST:
@@ -47,21 +53,21 @@ def parts_of(script: Script, step: float) -> int:
 
 
 def runs_of(method: Method, able: Sequence[str]) -> str:
-    """The integrator of MuJoCo's that a method is, one of those that are `able` to step a model, or
-    the name of a method of an engine that builds mechanisms; raises ParameterError for any other
-    method."""
+    """Returns the integrator of MuJoCo's that a method is, one of those that are `able` to step a
+    model, or the name of the method if its engine builds mechanisms. Raises ParameterError for any
+    other method."""
     if method.engine == MUJOCO:
         return integrator_of(method, able)
     builds = engine_of(method).ability(BuildsMechanisms)
     if builds is None or builds.method != method.name:
-        what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_built())}"
+        what = f"of MuJoCo, as mujoco/rk4, or one of {', '.join(_building_methods())}"
         raise ParameterError("method", method.name, f"{what}, where a model file is run")
     return method.name
 
 
 def integrator_of(method: Method, able: Sequence[str]) -> str:
-    """The integrator of MuJoCo's that a method is, one of those that are `able` to step a model;
-    raises ParameterError for any other method."""
+    """Returns the integrator of MuJoCo's that a method is, one of those that are `able` to step a
+    model. Raises ParameterError for any other method."""
     if method.engine != MUJOCO:
         raise ParameterError(
             "method", method.name, "of MuJoCo, as mujoco/rk4, for a model file"
@@ -77,8 +83,8 @@ def integrator_of(method: Method, able: Sequence[str]) -> str:
     return integrator
 
 
-def _built() -> list[str]:
-    """The methods of engines that build mechanisms."""
+def _building_methods() -> list[str]:
+    """Returns the methods of engines that build mechanisms."""
     every = (engine.ability(BuildsMechanisms) for engine in engines().values())
     return [builds.method for builds in every if builds is not None]
 
@@ -91,16 +97,16 @@ def method_error(
     step: float,
     seconds: float,
 ) -> StepError:
-    """The error of a method at a step [s], of MuJoCo's with its cost; the run of another engine,
-    which may end the process, is made in one of its own. Raises ParameterError, also where the run
-    would take more than so many `seconds` of processor time, and Unsupported where the engine
+    """Returns the error of a method at a step [s]; if the method is MuJoCo's, with its cost. A run
+    in another engine has a process of its own, which the engine may crash. Raises ParameterError,
+    also if the run would take more than `seconds` of processor time, and Unsupported if the engine
     cannot express a part of the model."""
     parts = parts_of(script, step)
     integrator = runs_of(method, (*model.steppable, DISCRETE))
     if integrator != method.name:
-        _affordable(model, script, integrator, parts, seconds)
-        return priced(
-            model, script, reference, [held(model, script, reference, integrator, parts)]
+        _check_budget(model, script, integrator, parts, seconds)
+        return with_costs(
+            model, script, reference, [run_error(model, script, reference, integrator, parts)]
         )[0]
     arguments = (method, model, script, reference, parts, seconds)
     error: StepError = in_own_process(_built_error, arguments, 2.0 * seconds)
@@ -108,40 +114,42 @@ def method_error(
 
 
 def in_own_process(work: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> Any:
-    """The answer of some `work` with another engine, in a process of its own, which the engine may
-    end; its output is dropped. Raises Unsupported if the work does, if the process ends, or if it
-    takes far more than so many `seconds` of processor time."""
+    """Returns the result of `work` with another engine, in a process of its own, which the engine
+    may crash; its output is suppressed. Raises Unsupported if the work does, if the process ends,
+    or if it takes far more than `seconds` of processor time."""
     with Workers(1) as workers:
         ((_, answer),) = workers.results(
-            [Task("", _quietly, (work, arguments), HANGS + seconds)]
+            [Task("", _without_output, (work, arguments), HANGS + seconds)]
         )
     if isinstance(answer, Lost):
         raise Unsupported(answer.why)
     return answer
 
 
-def _quietly(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """The answer of some work, whose output is dropped."""
+def _without_output(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """Returns the result of `work`, with its output suppressed."""
     with captured():
         return work(*arguments)
 
 
 def builder_of(method: Method) -> BuildsMechanisms:
-    """What builds mechanisms for a method of an engine other than MuJoCo."""
+    """Returns the builder of mechanisms of a method of an engine other than MuJoCo."""
     builds = engine_of(method).ability(BuildsMechanisms)
     assert builds is not None
     return builds
 
 
-def _affordable(
+def _check_budget(
     model: OwnModel, script: Script, integrator: str, parts: int, seconds: float
 ) -> None:
-    """Raises ParameterError if a run takes more than so many `seconds` of processor time, by that
-    of its first control period."""
-    first = model.stepped(replace(script, controls=script.controls[:1]), integrator, parts)
-    wanted = first.seconds * len(script.controls)
-    if wanted > seconds:
-        raise ParameterError("budget", seconds, f"{wanted:.2g} or more: the run takes as long")
+    """Raises ParameterError if a run would take more than `seconds` of processor time, judged by
+    its first control period."""
+    first_period = model.stepped(
+        replace(script, controls=script.controls[:1]), integrator, parts
+    )
+    needed = first_period.seconds * len(script.controls)
+    if needed > seconds:
+        raise ParameterError("budget", seconds, f"{needed:.2g} or more: the run takes as long")
 
 
 def _built_error(
@@ -152,9 +160,9 @@ def _built_error(
     parts: int,
     seconds: float,
 ) -> StepError:
-    """The error of another engine; raises Unsupported."""
+    """Returns the error of another engine. Raises Unsupported."""
     built = built_runs(builder_of(method), model, script, parts, seconds)
-    return errors_of(built.run(script), model, reference, method.name, parts)
+    return step_error_of_run(built.run(script), model, reference, method.name, parts)
 
 
 def method_steps(
@@ -164,34 +172,35 @@ def method_steps(
     states: Array,
     allowance: Allowance,
 ) -> LargestSteps:
-    """The largest steps of methods, in their order, along a motion of which `states` at the ends of
-    the control periods are known, with the remedies of the first; without methods, of all of
-    MuJoCo's integrators. Each engine other than MuJoCo has the time allowed once more, in a process
-    of its own. Raises ParameterError."""
+    """Returns the largest steps of methods, in their order, along a motion whose `states` at the
+    ends of the control periods are known, and remedies for the first method. Without methods, the
+    steps are those of all of MuJoCo's integrators. Each engine other than MuJoCo has a process of
+    its own, and again as much time. Raises ParameterError."""
     if not methods:
         return largest_steps(model, script, states, allowance)
-    named = {runs_of(method, model.steppable): method for method in methods}
-    integrators = tuple(name for name in named if name in model.steppable)
+    method_of = {runs_of(method, model.steppable): method for method in methods}
+    integrators = tuple(name for name in method_of if name in model.steppable)
     groups = list[LargestSteps]()
     if integrators:
-        own = replace(model, integrator=integrators[0], steppable=integrators)
-        groups.append(largest_steps(own, script, states, allowance))
-    for name in (name for name in named if name not in integrators):
+        limited_model = model.with_integrators(integrators)
+        groups.append(largest_steps(limited_model, script, states, allowance))
+    for name in (name for name in method_of if name not in integrators):
         seconds = allowance.seconds
-        arguments = (named[name], model, script, states, seconds)
+        arguments = (method_of[name], model, script, states, seconds)
         try:
             groups.append(in_own_process(_built_steps, arguments, PATIENCE * seconds))
         except Unsupported as why:
             unknown = Limit(name, None, why=str(why))
             groups.append(LargestSteps((unknown,), (), model.step))
-    limits = {limit.integrator: limit for group in groups for limit in group.limits}
-    (first,) = (group for group in groups if group.own.integrator == next(iter(named)))
-    return replace(first, limits=tuple(limits[name] for name in named))
+    every_limit = chain.from_iterable(group.limits for group in groups)
+    limits = {limit.integrator: limit for limit in every_limit}
+    (first,) = (group for group in groups if group.own.integrator == next(iter(method_of)))
+    return replace(first, limits=tuple(limits[name] for name in method_of))
 
 
 def _built_steps(
     method: Method, model: OwnModel, script: Script, states: Array, seconds: float
 ) -> LargestSteps:
-    """The largest step of another engine; raises Unsupported."""
+    """Returns the largest step of another engine. Raises Unsupported."""
     steppers = BuiltSteppers(builder_of(method), model)
     return largest_steps(model, script, states, Allowance(seconds), steppers)

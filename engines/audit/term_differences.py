@@ -1,5 +1,5 @@
-"""The terms of an engine's equations of motion beside those of a user's model, in states along its
-certified motion: which differ, and why."""
+"""The terms of an engine's equations of motion compared with those of a user's model, in states
+along its certified motion: which differ, and why."""
 
 from __future__ import annotations
 
@@ -13,23 +13,27 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import ModelFields, ModelReader
-from plumbob.engines.audit.reference import distances
+from plumbob.engines.audit.reference import largest_distances
 from plumbob.engines.method import Engine
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.peer_model import PeerModel, Terms
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import dropped, fields_of
 
-# In the order in which they are compared: each may make those after it differ.
+# Terms in the order of their comparison: each may make later terms differ.
 TERMS = ("mass matrix", "gravity", "bias", "passive", "actuator")
 CONTACTS, AXES = "contact set", "friction axes"
 STEP, SINGLE, INTEGRATOR = "acceleration", "single precision", "integrator"
-SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as much
-ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
-# relative, of the acceleration in a step: schemes of first order leave as much
+# Largest relative difference of terms that count as the same: single precision and new frames cause
+# less
+SAME = 1e-5
+# Roundings of the sum of all forces that count as the same in one force: forces cancel
+ROUNDINGS = 100.0
+# Largest relative difference of accelerations in a step that count as the same: schemes of first
+# order cause less.
 SAME_STEP = 0.02
-TURNED = 1e-3  # [rad] of axes, a reader in single precision leaves less
-# Numbers of a file on which a term depends.
+TURNED = 1e-3  # [rad] largest turn of axes that count as the same: single precision causes less
+# Fields of a file on which a term depends.
 DEPENDS = MappingProxyType(
     {
         "mass matrix": ("mass", "inertia", "armature"),
@@ -42,41 +46,41 @@ DEPENDS = MappingProxyType(
 NAMELESS = frozenset(["a body without a name"])
 SAMPLES = 9  # states along the certified motion
 Readings = tuple[ModelFields, ModelFields]
-"""The numbers of a file as MuJoCo and as an engine read them."""
+"""The numbers of a file as MuJoCo reads them, and as an engine reads them."""
 
 
 @dataclass(frozen=True)
-class Held:
-    """The terms that engines are held against."""
+class CertifiedMotion:
+    """The certified motion with which engines are compared."""
 
     file: Path
     model: OwnModel
-    script: Script  # up to where the motion is certified
+    script: Script  # controls up to the time to which the motion is certified
     states: Array  # certified, shape (periods + 1, ...)
-    seconds: float  # for one run
+    seconds: float  # [s] processor time for one run
 
     @property
     def parts(self) -> int:
-        """Steps in a control period."""
+        """The number of steps in a control period."""
         return round(self.script.period / self.model.step)
 
     def errors(self, states: Array) -> Array:
-        """[m] of states at the ends of the periods, so far."""
-        return distances(self.model.corners(states), self.model.corners(self.states))
+        """Returns the largest errors so far [m] of states at the ends of the periods."""
+        return largest_distances(self.model.corners(states), self.model.corners(self.states))
 
 
 @dataclass(frozen=True)
-class Difference:
-    """A term of an engine's equations that is not that of the file."""
+class TermDifference:
+    """A term of an engine's equations that differs from the file's term."""
 
     term: str
-    size: float  # relative, the largest along the motion
-    cause: str = ""  # where it is known
+    size: float  # relative difference, largest along the motion
+    cause: str = ""  # cause of the difference; empty if it is not known
 
 
 @dataclass(frozen=True)
 class Look:
-    """The terms of the file and those of an engine in one state."""
+    """The terms of the file and the terms of an engine in one state."""
 
     state: Array
     control: Array
@@ -86,165 +90,200 @@ class Look:
     """In the first step from the state: in MuJoCo by the file's integrator, in MuJoCo by the
     engine's integrator, and in the engine."""
 
-    def size(self, apart: Array) -> float:
-        """Of generalised forces f, the root of f' M^-1 f, in all coordinates the same; of mass
-        matrices the largest element relative to the diagonal."""
+    def size(self, difference: Array) -> float:
+        """Returns the size of generalised forces f, the root of f' M^-1 f, which is the same in all
+        coordinates; of mass matrices, the largest element relative to the diagonal."""
         inertia = self.of_file[TERMS[0]]
-        if apart.ndim == 1:
-            return float(np.sqrt(apart @ np.linalg.solve(inertia, apart)))
+        if difference.ndim == 1:
+            return float(np.sqrt(difference @ np.linalg.solve(inertia, difference)))
         scale = np.sqrt(np.diag(inertia))
-        return float(np.max(np.abs(apart) / np.outer(scale, scale), initial=0.0))
+        return float(np.max(np.abs(difference) / np.outer(scale, scale), initial=0.0))
 
 
-def looks_at(peer: PeerModel, held: Held) -> list[Look]:
-    """Some states along the certified motion."""
-    terms = held.model.terms()
-    controls = held.script.controls
-    places = [(k, held.states[k]) for k in _spread(len(controls))]
-    touching = list(held.model.touched(held.script))
-    places += [touching[k] for k in _spread(len(touching))]
+def look_at_states(peer: PeerModel, motion: CertifiedMotion) -> list[Look]:
+    """Returns looks at some states along the certified motion: at the ends of periods, and where
+    something touches."""
+    terms = motion.model.terms()
+    controls = motion.script.controls
+    samples = [(k, motion.states[k]) for k in _spread_indices(len(controls))]
+    touching = list(motion.model.touched(motion.script))
+    samples += [touching[k] for k in _spread_indices(len(touching))]
     looks = []
-    for k, state in places:
+    for k, state in samples:
         control = controls[k]
-        theirs = peer.terms(state, control)
-        accelerations = _accelerations(peer, held, state, control)
-        looks.append(Look(state, control, terms(state, control), theirs, accelerations))
+        engine_terms = peer.terms(state, control)
+        accelerations = _accelerations(peer, motion, state, control)
+        looks.append(Look(state, control, terms(state, control), engine_terms, accelerations))
     return looks
 
 
 def _accelerations(
-    peer: PeerModel, held: Held, state: Array, control: Array
+    peer: PeerModel, motion: CertifiedMotion, state: Array, control: Array
 ) -> tuple[Array, Array, Array]:
-    """The accelerations in a step from a state, as in `Look`."""
-    velocity = held.model.layout.velocity
-    one_step = Script(state, held.model.step, control[None])
+    """Returns the accelerations in a step from a state, as `Look` has them."""
+    velocity = motion.model.layout.velocity
+    one_step = Script(state, motion.model.step, control[None])
     peer.begin(state)
-    own, scheme = (
-        held.model.stepped(one_step, integrator, 1).states[1]
-        for integrator in (held.model.integrator, peer.integrator)
+    by_own, by_scheme = (
+        motion.model.stepped(one_step, integrator, 1).states[1]
+        for integrator in (motion.model.integrator, peer.integrator)
     )
-    after = own, scheme, peer.advance(control, 0.0 * state[velocity], 1)
-    own, scheme, other = ((end[velocity] - state[velocity]) / held.model.step for end in after)
-    return own, scheme, other
+    after = by_own, by_scheme, peer.advance(control, 0.0 * state[velocity], 1)
+    by_own, by_scheme, by_engine = (
+        (end[velocity] - state[velocity]) / motion.model.step for end in after
+    )
+    return by_own, by_scheme, by_engine
 
 
-def _spread(count: int) -> list[int]:
-    """Indices of some of so many."""
+def _spread_indices(count: int) -> list[int]:
+    """Returns evenly spread indices, at most SAMPLES of `count`."""
     return sorted(set(np.linspace(0, count - 1, min(count, SAMPLES)).astype(int).tolist()))
 
 
-def differences(
+def term_differences(
     engine: Engine,
     looks: Sequence[Look],
-    held: Held,
+    motion: CertifiedMotion,
     precision: float,
     integrators: tuple[str, str],
-) -> list[Difference]:
-    """The terms that differ, in order; `integrators` are as in `of_step`."""
-    overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
-    apart = list[Difference]()
-    readings = read_by(engine, held.file)
+) -> list[TermDifference]:
+    """Returns the terms that differ, in order. `integrators` are as in `step_differences`."""
+    overall = (
+        ROUNDINGS * precision * max(look.size(total_force(look.of_file)) for look in looks)
+    )
+    differing = list[TermDifference]()
+    readings = readings_of(engine, motion.file)
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
-        off = max(look.size(there - here) for look, here, there in pairs)
-        scale = max(look.size(x) for look, *both in pairs for x in both)
-        if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
-            apart.append(Difference(term, off / scale, _cause(term, looks, readings)))
-    apart += [*_of_contacts(looks, held), *_of_axes(looks, held)]
-    return apart or list(of_step(looks, integrators))
+        difference = max(look.size(of_engine - of_file) for look, of_file, of_engine in pairs)
+        scale = max(
+            max(look.size(of_file), look.size(of_engine)) for look, of_file, of_engine in pairs
+        )
+        if not difference <= SAME * scale + (0.0 if term == TERMS[0] else overall):
+            differing.append(
+                TermDifference(term, difference / scale, _cause(term, looks, readings))
+            )
+    differing += [*_contact_differences(looks, motion), *_axis_differences(looks, motion)]
+    return differing or list(step_differences(looks, integrators))
 
 
-def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
-    """Pairs of bodies that touch in some state for one of both alone."""
-    touching, others = (
-        {_moving(pair, held) for terms in every for pair in terms["contacts"]}
-        for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
-    )
-    if touching != others:
-        parts = ((touching - others, "missing"), (others - touching, "more"))
-        cause = (f"{what}: {_pairs(pairs)}" for pairs, what in parts if pairs)
-        size = len(touching ^ others) / len(touching | others)
-        yield Difference(CONTACTS, size, "; ".join(cause))
-
-
-def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
-    """Pyramids of friction that are turned about the normal, which four edges repeat."""
-    turned = dict[frozenset[str], float]()
+def _contact_differences(
+    looks: Sequence[Look], motion: CertifiedMotion
+) -> Iterator[TermDifference]:
+    """Yields the difference of the pairs of bodies that touch in some state in only one of the file
+    and the engine."""
+    in_file = set[frozenset[str]]()
+    in_engine = set[frozenset[str]]()
     for look in looks:
-        here, there = (
-            {_moving(pair, held): axis for pair, axis in terms.get("axes", ())}
+        in_file |= {_moving_bodies(pair, motion) for pair in look.of_file["contacts"]}
+        in_engine |= {_moving_bodies(pair, motion) for pair in look.of_engine["contacts"]}
+    if in_file != in_engine:
+        parts = ((in_file - in_engine, "missing"), (in_engine - in_file, "more"))
+        cause = (f"{kind}: {_names_of_pairs(pairs)}" for pairs, kind in parts if pairs)
+        size = len(in_file ^ in_engine) / len(in_file | in_engine)
+        yield TermDifference(CONTACTS, size, "; ".join(cause))
+
+
+def _axis_differences(
+    looks: Sequence[Look], motion: CertifiedMotion
+) -> Iterator[TermDifference]:
+    """Yields the difference of the friction pyramids' angles about the normal. A pyramid has four
+    edges, so angles repeat after a quarter turn."""
+    angles = dict[frozenset[str], float]()
+    for look in looks:
+        file_axes, engine_axes = (
+            {_moving_bodies(pair, motion): axis for pair, axis in terms.get("axes", ())}
             for terms in (look.of_file, look.of_engine)
         )
-        for pair in here.keys() & there.keys():
-            angle = math.acos(min(1.0, abs(float(here[pair] @ there[pair]))))
-            turned[pair] = max(turned.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
-    if turned and (most := max(turned.values())) > TURNED:
-        pairs = _pairs([pair for pair in turned if turned[pair] > TURNED])
-        cause = f"the pyramid of friction is turned by up to {math.degrees(most):.0f}°: {pairs}"
-        yield Difference(
-            AXES, most / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes"
+        for pair in file_axes.keys() & engine_axes.keys():
+            angle = math.acos(min(1.0, abs(float(file_axes[pair] @ engine_axes[pair]))))
+            angles[pair] = max(angles.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
+    largest_angle = max(angles.values(), default=0.0)
+    if largest_angle > TURNED:
+        pairs = _names_of_pairs([pair for pair in angles if angles[pair] > TURNED])
+        degrees = f"{math.degrees(largest_angle):.0f}°"
+        cause = f"the pyramid of friction is turned by up to {degrees}: {pairs}"
+        yield TermDifference(
+            AXES, largest_angle / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes"
         )
 
 
-def of_step(looks: Sequence[Look], integrators: tuple[str, str]) -> Iterator[Difference]:
-    """The acceleration in a step, if it differs although all terms are alike. The `integrators` of
-    the file and of the engine make one part of the difference, constraints the other."""
-    size, _ = _apart(looks, 0, 1)
+def step_differences(
+    looks: Sequence[Look], integrators: tuple[str, str]
+) -> Iterator[TermDifference]:
+    """Yields the differences of the acceleration in a step, if all terms are alike. One part comes
+    from the `integrators` of the file and of the engine, the rest from constraints."""
+    size, _ = _acceleration_difference(looks, 0, 1)
     if size > SAME_STEP:
-        own, other = integrators
-        cause = f"it steps {other}, the file {own}: {size:.2g} of the acceleration in a step"
-        yield Difference(INTEGRATOR, size, cause)
-    size, at = _apart(looks, 1, 2)
+        file_integrator, engine_integrator = integrators
+        cause = (
+            f"it steps {engine_integrator}, the file {file_integrator}: {size:.2g} of the "
+            "acceleration in a step"
+        )
+        yield TermDifference(INTEGRATOR, size, cause)
+    size, look = _acceleration_difference(looks, 1, 2)
     if size > SAME_STEP:
-        kinds = [*at.of_file["acting"], *["contacts"] * bool(at.of_file["contacts"])]
-        said: str = at.of_engine.get("causes", {}).get(STEP, "")
-        yield Difference(STEP, size, " and ".join(kinds) or said)
+        kinds = [*look.of_file["acting"], *["contacts"] * bool(look.of_file["contacts"])]
+        stated: str = look.of_engine.get("causes", {}).get(STEP, "")
+        yield TermDifference(STEP, size, " and ".join(kinds) or stated)
 
 
-def _apart(looks: Sequence[Look], first: int, second: int) -> tuple[float, Look]:
-    """The largest difference of the accelerations number `first` and `second` in a step, relative
-    to the largest of the first, and the look at which it is."""
+def _acceleration_difference(
+    looks: Sequence[Look], first: int, second: int
+) -> tuple[float, Look]:
+    """Returns the largest difference of the accelerations number `first` and `second` in a step,
+    relative to the largest of the first, and the look with that difference."""
     forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
-    offs = [look.size(f[second] - f[first]) for look, f in zip(looks, forces, strict=True)]
-    scale = max(look.size(f[first]) for look, f in zip(looks, forces, strict=True))
-    return max(offs) / scale if max(offs) else 0.0, looks[int(np.argmax(offs))]
+    sizes = [
+        look.size(force[second] - force[first])
+        for look, force in zip(looks, forces, strict=True)
+    ]
+    scale = max(look.size(force[first]) for look, force in zip(looks, forces, strict=True))
+    return max(sizes) / scale if max(sizes) else 0.0, looks[int(np.argmax(sizes))]
 
 
-def _pairs(pairs: Iterable[frozenset[str]]) -> str:
-    """The first pair of bodies that touch, and how many more there are."""
+def _names_of_pairs(pairs: Iterable[frozenset[str]]) -> str:
+    """Names the first pair of bodies that touch, and the number of the other pairs."""
     first, *more = sorted(" – ".join(sorted(pair)) for pair in pairs)
     return f"{first} and {len(more)} more" if more else first
 
 
-def _moving(pair: tuple[str, ...], held: Held) -> frozenset[str]:
-    """The moving bodies of a pair that touches; a single one touches what does not move."""
-    return frozenset(pair) & set(held.model.layout.bodies) or NAMELESS
+def _moving_bodies(pair: tuple[str, ...], motion: CertifiedMotion) -> frozenset[str]:
+    """Returns the moving bodies of a pair that touches. A single body touches something that does
+    not move."""
+    return frozenset(pair) & set(motion.model.layout.bodies) or NAMELESS
 
 
-def force_of(terms: Terms) -> Array:
-    """All generalised forces but those of constraints."""
+def total_force(terms: Terms) -> Array:
+    """Returns the sum of all generalised forces except those of constraints."""
     total: Array = terms["gravity"] - terms["bias"] + terms["passive"] + terms["actuator"]
     return total
 
 
 def _cause(term: str, looks: Sequence[Look], readings: Readings) -> str:
-    """Why a term differs, as far as the engine says so, has none of it, or reads a number otherwise
-    on which it depends."""
-    said: str = looks[0].of_engine.get("causes", {}).get(term, "")
-    if said or (term != "gravity" and not any(look.of_engine[term].any() for look in looks)):
-        return said or "all of it dropped"
-    here, there = readings
-    lost = dropped(here, there)
-    masses = [there[key][0] / here[key][0] for key in here if key[0] == "mass" and key in there]
-    if "mass" in lost and len(masses) > 1 and np.ptp(masses) < SAME * masses[0]:
-        lost["mass"] = f"times {masses[0]:.4g}, all of them"
+    """Explains why a term differs. The engine may state a cause; the term may be missing; or the
+    engine may read a field on which the term depends differently."""
+    stated: str = looks[0].of_engine.get("causes", {}).get(term, "")
+    if stated or (term != "gravity" and not any(look.of_engine[term].any() for look in looks)):
+        return stated or "all of it dropped"
+    of_file, of_engine = readings
+    misread = dropped(of_file, of_engine)
+    masses = [
+        of_engine[key][0] / of_file[key][0]
+        for key in of_file
+        if key[0] == "mass" and key in of_engine
+    ]
+    if "mass" in misread and len(masses) > 1 and np.ptp(masses) < SAME * masses[0]:
+        misread["mass"] = f"times {masses[0]:.4g}, all of them"
     for field in DEPENDS.get(term, ()):
-        if field in lost:
-            return f"{field} {lost[field] or 'dropped'}"
+        if field in misread:
+            return f"{field} {misread[field] or 'dropped'}"
     return "of like bodies: joints or frames are not alike" if term == TERMS[0] else ""
 
 
-def read_by(engine: Engine, file: Path) -> Readings:
-    """The numbers of a file as MuJoCo and an engine read them."""
-    here = fields_of(find_engine("mujoco"), file)[1]
-    return here, here if engine.ability(ModelReader) is None else fields_of(engine, file)[1]
+def readings_of(engine: Engine, file: Path) -> Readings:
+    """Returns the numbers of a file as MuJoCo reads them, and as an engine reads them."""
+    of_mujoco = fields_of(find_engine("mujoco"), file)[1]
+    return of_mujoco, of_mujoco if engine.ability(ModelReader) is None else fields_of(
+        engine, file
+    )[1]

@@ -1,47 +1,49 @@
-"""Ablation of a model on one motion: each feature removed alone, then all that help."""
+"""Ablation of a model on one motion: each feature is removed alone, then all that help together."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import Ratio, costs_in_turns, ratio, timed_periods
-from plumbob.engines.audit.reference import moved
+from plumbob.engines.audit.reference import largest_displacement
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
 
-TENTH = 0.1  # of the step's own error: the largest accepted change of the motion
-# Of the cost: features are removed only where that clearly saves more. One that saves too little to
-# tell goes with the others, so that the choice does not depend on the scatter of costs.
+# Largest change of the motion that is accepted, as a fraction of the step's own error
+TENTH = 0.1
+# Largest cost, as a fraction of the complete model's, at which features are removed. A feature that
+# saves too little to measure is removed with the others, so that the choice does not depend on the
+# scatter of costs.
 SAVES = 0.98
 
 
 @dataclass(frozen=True)
 class Trim:
-    """Effects of an ablation on the motion and on the cost of the model's own steps."""
+    """The effects of an ablation on the motion and on the cost of the model's own steps."""
 
     changes: tuple[Change, ...]
     same_bits: bool
-    moved: float  # [m] largest displacement of a corner, as far as errors are known
-    cost: Ratio  # in multiples of the complete model's
+    moved: float  # [m] largest displacement of a corner, as long as errors are known
+    cost: Ratio  # multiple of the complete model's cost
 
     @property
     def name(self) -> str:
-        """Names of the features removed."""
+        """The names of the removed features."""
         return ", ".join(change.name for change in self.changes)
 
     def accepted(self, error: float) -> bool:
-        """Whether the motion is the same to the bit, or changes by less than a tenth of the step's
+        """Whether the motion is bitwise the same, or changes by less than a tenth of the step's
         `error` [m]."""
         return self.same_bits or self.moved <= TENTH * error
 
 
 @dataclass(frozen=True)
 class Trims:
-    """All ablations that were tried, and those that are accepted together, if that saves
-    something."""
+    """All ablations that were tried, and the accepted ones together if they save something."""
 
     each: tuple[Trim, ...]
     together: Trim | None
@@ -55,20 +57,24 @@ def trims(
     error: float,
     allowance: Allowance,
 ) -> Trims:
-    """Try what `model` offers to leave out, under `script` and `parts` steps in a period, whose
-    `error` [m] is known up to the period `index`."""
+    """Returns the ablations of the features that `model` offers to remove, under `script` with
+    `parts` steps in a period. The `error` [m] is known up to the period `index`."""
     offered = [((change,), model.changed((change,))) for change in model.changes(script)]
-    each = tried(model, script, parts, index, offered, allowance)
-    useful = [t for t in each if t.accepted(error) and t.cost.low <= 1.0]
-    useful = [t for t in useful if t.same_bits] or useful
-    if not useful:
-        return Trims(each, None)
-    together = tuple(change for trim in useful for change in trim.changes)
-    (trial,) = tried(model, script, parts, index, [(together, model.changed(together))])
-    return Trims(each, trial if trial.accepted(error) and trial.cost.high < SAVES else None)
+    single = effects_of_changes(model, script, parts, index, offered, allowance)
+    saving = [trim for trim in single if trim.accepted(error) and trim.cost.low <= 1.0]
+    saving = [trim for trim in saving if trim.same_bits] or saving
+    if not saving:
+        return Trims(single, None)
+    together = tuple(chain.from_iterable(trim.changes for trim in saving))
+    (combined,) = effects_of_changes(
+        model, script, parts, index, [(together, model.changed(together))]
+    )
+    return Trims(
+        single, combined if combined.accepted(error) and combined.cost.high < SAVES else None
+    )
 
 
-def tried(
+def effects_of_changes(
     model: OwnModel,
     script: Script,
     parts: int,
@@ -76,8 +82,8 @@ def tried(
     offered: Sequence[tuple[tuple[Change, ...], OwnModel]],
     allowance: Allowance | None = None,
 ) -> tuple[Trim, ...]:
-    """The effects of changes of `model`, each given with the changed model: of the first of
-    `offered` that the time allows."""
+    """Returns the effects of changes of `model`. `offered` has each change with the changed model;
+    the first that the time allows are tried."""
     models = [model, *(other for _, other in offered)]
     runs: list[Stepped] = []
     for variant in models:
@@ -91,13 +97,13 @@ def tried(
         timed_periods(variant, script, states, variant.integrator, parts, run.seconds)
         for variant, run in zip(models, runs, strict=False)
     ]
-    full, *costs = costs_in_turns(timed)
+    full_cost, *costs = costs_in_turns(timed)
     return tuple(
         Trim(
             changes,
             np.array_equal(runs[0].states, run.states, equal_nan=True),
-            moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
-            ratio(cost, full),
+            largest_displacement(model, runs[0].states[: index + 1], run.states[: index + 1]),
+            ratio(cost, full_cost),
         )
         for (changes, _), run, cost in zip(offered, runs[1:], costs, strict=False)
     )

@@ -1,4 +1,5 @@
-"""Models of a user's own, which MuJoCo runs, and a context in which MuJoCo prints nothing."""
+"""The ability to run models of a user's own, which MuJoCo has, and a context in which MuJoCo prints
+nothing."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from plumbob.engines.registry import find_engine
 
 
 def user_models() -> UserModels:
-    """Models of a user's own, in MuJoCo."""
+    """Returns MuJoCo's ability to run models of a user's own."""
     models = find_engine("mujoco").ability(UserModels)
     assert models is not None
     return models
@@ -19,7 +20,7 @@ def user_models() -> UserModels:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """A context in which MuJoCo neither prints nor leaves a file: an audit steps a model also
+    """A context in which MuJoCo neither prints nor leaves a file. An audit also steps a model
     beyond the largest step that holds, of which MuJoCo warns."""
     with user_models().quiet():
         yield

@@ -1,12 +1,12 @@
-"""Derivatives of what a method's run ends with, by differences of whole runs and by an engine's own
-ways, each beside the exact derivative and the error that is predicted of it.
+"""Derivatives of the end of a method's run, by differences of whole runs and by an engine's own
+ways, each with the exact derivative and the predicted error.
 
-Of a run with the parameter p, o(p) + e(p) is the observable, with o exact and e the error, so that
+A run with the parameter p has the observable o(p) + e(p), with o exact and e the error, so that
 
     central:  (o + e)(p + eps) - (o + e)(p - eps) over 2 eps = o' + e' + C eps^2 + rounding/eps (1)
 
-and of the forward difference C eps in place of C eps^2. With the predicted e at these very
-parameters, eq. 1 predicts all but the rounding; of a way without eps the error is e' itself.
+and the forward difference has C eps in place of C eps^2. With e predicted at these two parameters,
+eq. 1 predicts all but the rounding. A way without eps has the error e'.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from itertools import chain, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,41 +35,43 @@ from plumbob.engines.study.request import Changes, RunRequest
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
-if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
+if TYPE_CHECKING:  # loading a stored derivative must not import the exact motions
     from plumbob.analytic.sensitivities.neighbours import Sensitivity
     from plumbob.engines.abilities import Derivatives
     from plumbob.models.gradient import Number
 
 SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 11))
-"""Of a parameter, or of its unit where that is 0: the differences that are tried."""
-NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error is taken by
-FINER = 10.0  # times as small, or more: differences of an engine's own
-# Calibrated: with a parameter the bound of a model's error changes as its power 4 at most.
+"""Differences that are tried, relative to the parameter, or to its unit if the parameter is 0."""
+NEAR = 1e-5  # difference for the derivative of a predicted error, likewise relative
+FINER = 10.0  # least factor by which differences of an engine's own way are smaller
+# Calibrated: the bound on a model's error changes as the power 4 of a parameter at most.
 POWER = 4.0
-# Of the number: how far those runs are apart whose ends tell what rounding makes of one, and how
-# many. Third differences leave nothing of what is smooth (More and Wild 2011, SIAM J. Sci. Comput.
-# 33, 1292). Where a solver takes one step more or less its error jumps, and none tell.
+# Relative spacing and number of the runs that measure rounding noise, and the order of the
+# differences of their ends. Third differences remove the smooth part (More and Wild 2011, SIAM J.
+# Sci. Comput. 33, 1292). If a solver takes one step more or less its error jumps, and the runs show
+# no rounding.
 FINE, BESIDE, SMOOTH = 1e-9, 8, 3
-# Calibrated by capsule-plan/beside-curve-31: where a support stops within a step, and a solver's
-# residual with it, a model's error jumps from one parameter to the next, by 2e-3 of its bound.
+# Calibrated by capsule-plan/beside-curve-31. If a support stops within a step, and the residual of
+# a solver with it, a model's error jumps from one parameter to the next by 2e-3 of its bound.
 JUMP = 5e-3
-# times at which derivatives' growth is read, and a relative one of nothing
+# Number of times at which the growth of derivatives is read, and the ratio of a derivative to its
+# observable from which the observable counts as zero.
 COURSE, LOST = 65, 1e6
-SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
+SHORTEST = 1e-6  # [s] shortest time of a run to which a cost is relative
 
 
 @dataclass(frozen=True)
-class Difference:
-    """A derivative by a difference of runs, or by a way without one, and what is predicted of its
-    error."""
+class TriedDifference:
+    """A derivative by a difference of runs, or by a way without a difference, and the parts of its
+    predicted error."""
 
     eps: float | None
     computed: float
     truncation: float  # error of the same difference of the exact answer
-    slope: float  # that of the predicted error; NaN without theory
-    rounding: float  # bound, over eps
-    remainder: float  # bound on what else is left open
-    noise: float = 0.0  # what rounding makes of it, by runs beside it
+    slope: float  # derivative of the predicted error; NaN without theory
+    rounding: float  # bound on the rounding, over eps
+    remainder: float  # bound on all else that theory leaves open
+    noise: float = 0.0  # effect of rounding, measured by runs at neighbouring values
 
     @property
     def predicted(self) -> float | None:
@@ -78,18 +80,18 @@ class Difference:
 
     @property
     def left_open(self) -> float:
-        """By how much the error may differ from the predicted one."""
+        """The amount by which the error may differ from the predicted error."""
         return self.rounding + self.remainder
 
     @property
     def size(self) -> float:
-        """Of the error that is to be expected of the difference itself."""
+        """The expected size of the error of the difference itself."""
         return abs(self.truncation) + self.noise
 
 
 @dataclass(frozen=True)
 class Gradient:
-    """One way's derivative of one observable by one number."""
+    """The derivative of one observable by one number, computed in one way."""
 
     of: str
     by: str
@@ -97,38 +99,41 @@ class Gradient:
     at: float = math.nan  # [s]
     step: float = math.nan  # [s], or a relative tolerance
     exact: float = math.nan
-    uncertainty: float = math.nan  # of the exact one
-    no_exact: str = ""  # why there is no exact one
-    why: str = ""  # the way is unsupported
-    one_sided: tuple[float, float] | None = None  # exact ones where there is no other
-    tried: tuple[Difference, ...] = ()  # of falling eps; empty: the way is unsupported
-    # Differences at which both parts are alike; None without theory, and of what is linear in the
-    # number; none is predicted where a solver's steps change beside it.
+    uncertainty: float = math.nan  # uncertainty of the exact derivative
+    no_exact: str = ""  # why there is no exact derivative
+    why: str = ""  # why the way is unsupported; empty if it is not
+    # Exact one-sided derivatives, if there is no other
+    one_sided: tuple[float, float] | None = None
+    # Differences with falling eps; empty if the way is unsupported
+    tried: tuple[TriedDifference, ...] = ()
+    # The eps at which both parts of the error are alike. None without theory, and if the observable
+    # is linear in the number. None is predicted if the number of a solver's steps changes nearby.
     predicted_best: float | None = None
     measured_best: float | None = None
-    cost: float = math.nan  # in runs
+    cost: float = math.nan  # cost in runs
 
     @property
     def reference(self) -> float:
-        """The exact derivative, or the one above where there is no other."""
+        """The exact derivative, or the one from above if only one-sided derivatives exist."""
         return self.exact if self.one_sided is None else self.one_sided[1]
 
     @property
-    def best(self) -> Difference:
-        """The difference whose own expected error is the smallest."""
+    def best(self) -> TriedDifference:
+        """The difference with the smallest expected error."""
         return min(self.tried, key=lambda tried: tried.size)
 
 
 @dataclass(frozen=True)
 class Gradients:
-    """All ways' derivatives of all observables by one number."""
+    """The derivatives of all observables by one number, computed in all ways."""
 
     records: tuple[Gradient, ...]
 
 
 @dataclass(frozen=True)
 class GradientSearch(RunRequest[Gradients]):
-    """Derivatives of the end of a scene's run with a method by one number of its parameters."""
+    """Request for derivatives of the end of a scene's run with a method by one number of its
+    parameters."""
 
     label, of_pair = "derivatives", True
 
@@ -136,27 +141,28 @@ class GradientSearch(RunRequest[Gradients]):
     method: str
     of: tuple[str, ...]  # observables
     by: str
-    ways: tuple[str, ...] = ()  # none: all that there are
-    step: float | None = None  # [s], or a relative tolerance; None: the method's usual one
-    eps: tuple[float, ...] = ()  # of the parameter, in its unit; none: a sweep
+    ways: tuple[str, ...] = ()  # empty: all ways
+    step: float | None = None  # [s], or a relative tolerance; None: the method's usual step
+    eps: tuple[float, ...] = ()  # differences of the parameter, in its unit; empty: a sweep
     at: float | None = None  # [s]; None: the end
     changes: Changes = ()
 
     def check(self, case: Case) -> None:
-        """Raises ParameterError where an observable, a way or a time is none of the case."""
+        """Raises ParameterError if the case lacks an observable or a time, or no engine has a
+        way."""
         allowed = (
             ("of", self.of, [observable.name for observable in case.system.observables]),
             ("way", self.ways, ways()),
         )
-        for argument, wanted, there in allowed:
+        for argument, wanted, known in allowed:
             for name in wanted:
-                if name not in there:
-                    raise ParameterError(argument, name, f"one of {nearest(name, there)}")
+                if name not in known:
+                    raise ParameterError(argument, name, f"one of {nearest(name, known)}")
         if self.at is not None and not 0.0 < self.at <= case.scene.duration:
             raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
 
     def made(self, scene: Scene, method: Method) -> Gradients:
-        """The derivatives; raises ParameterError."""
+        """Returns the derivatives. Raises ParameterError."""
         from plumbob.models.gradient import numbers
 
         case = case_of(scene)
@@ -164,22 +170,22 @@ class GradientSearch(RunRequest[Gradients]):
         if self.at is not None:
             case = case.lasting(self.at)
         step = usual_step(case, method) if self.step is None else self.step
-        every = (_of_number(n, method, step, self) for n in numbers(case, self.by))
+        every = (_gradients_by_number(n, method, step, self) for n in numbers(case, self.by))
         return Gradients(tuple(chain.from_iterable(every)))
 
 
 @dataclass(frozen=True)
 class _End:
-    """The end of a run of one observable, with what is predicted of it."""
+    """The value of one observable at the end of a run, with the predicted error and bounds."""
 
     value: float
     exact: float
     error: float  # predicted, signed; NaN without theory
-    terms: tuple[Array, ...]  # of its series, over the run; empty where there is none
-    rounding: float  # bound
-    control: float  # error of a solver that chooses its steps, by a second run; signed
-    model: float  # bound
-    doubt: float  # that double precision leaves of the exact motion
+    terms: tuple[Array, ...]  # terms of its series over the run; empty if it is no series
+    rounding: float  # bound on the rounding
+    control: float  # signed error of a solver that chooses its steps, by a second run
+    model: float  # bound on the model error
+    doubt: float  # uncertainty of the exact motion in double precision
     steps: int
 
 
@@ -194,12 +200,15 @@ class _Runs:
     ends: dict[float, Mapping[str, _End]] = field(default_factory=dict)
 
     def at(self, value: float) -> Mapping[str, _End]:
-        """The ends of the run with this value; raises ParameterError and Unsupported."""
+        """Returns the ends of the run in which the number has this value. Raises ParameterError and
+        Unsupported."""
         if value not in self.ends:
-            self.ends[value] = self._made(self.number.moved(value))
+            self.ends[value] = self._run_ends(self.number.moved(value))
         return self.ends[value]
 
-    def _made(self, case: Case) -> Mapping[str, _End]:
+    def _run_ends(self, case: Case) -> Mapping[str, _End]:
+        """Returns {observable: the end of its run} of a case. Raises Unsupported if the run is not
+        complete."""
         measured, run = measure(case, self.method, self.step)
         if measured.status != "done" or run is None:
             raise Unsupported(measured.reason or measured.status)
@@ -215,116 +224,132 @@ class _Runs:
             error = measured.errors[name]
             value = float(run.observables[name][-1])
             terms = error.predicted.terms if error.predicted else {}
+            by_second = value if second is None else float(second.observables[name][-1])
             ends[name] = _End(
-                value,
-                value - error.end,
-                _predicted(error),
-                tuple(part[name] for part in series) if terms else (),
-                _rounding(error, measured.steps),
-                0.0 if second is None else value - float(second.observables[name][-1]),
-                error.model_error,
-                error.uncertainty,
-                measured.steps,
+                value=value,
+                exact=value - error.end,
+                error=_predicted_error(error),
+                terms=tuple(part[name] for part in series) if terms else (),
+                rounding=_rounding_bound(error, measured.steps),
+                control=value - by_second,
+                model=error.model_error,
+                doubt=error.uncertainty,
+                steps=measured.steps,
             )
         return ends
 
-    def difference(self, name: str, values: tuple[float, float], exact: float) -> Difference:
-        """Eq. 1 of an observable between two values of the number; NaN is its eps."""
+    def difference(
+        self, name: str, values: tuple[float, float], exact: float
+    ) -> TriedDifference:
+        """Returns eq. 1 for an observable between two values of the number, with no eps yet;
+        `exact` is the exact derivative."""
         low, high = (self.at(value)[name] for value in values)
-        apart = values[1] - values[0]
+        distance = values[1] - values[0]
         remainder = POWER * max(low.model, high.model) / self.number.size
         if len(high.terms) == len(low.terms) > 0:
             pairs = zip(low.terms, high.terms, strict=True)
             remainder += float(
-                by_series([(above - below) / apart for below, above in pairs])[-1]
+                by_series([(above - below) / distance for below, above in pairs])[-1]
             )
-        return Difference(
-            None,
-            (high.value - low.value) / apart,
-            (high.exact - low.exact) / apart - exact,
-            (high.error - low.error) / apart,
-            (low.rounding + high.rounding + SOLVER_FACTOR * abs(high.control - low.control))
-            / apart,
-            remainder,
+        rounding = (
+            low.rounding + high.rounding + SOLVER_FACTOR * abs(high.control - low.control)
+        )
+        return TriedDifference(
+            eps=None,
+            computed=(high.value - low.value) / distance,
+            truncation=(high.exact - low.exact) / distance - exact,
+            slope=(high.error - low.error) / distance,
+            rounding=rounding / distance,
+            remainder=remainder,
         )
 
-    def beside(self, what: str, name: str, shifts: Array) -> Array:
-        """A number of the ends of runs with `shifts` more of the number, shape (n,); NaN where that
-        is not possible."""
+    def read_at_shifts(self, field_name: str, name: str, shifts: Array) -> Array:
+        """Returns the field `field_name` of the ends of runs whose number is shifted by `shifts`
+        (relative to its size), shape (n,). It is NaN for a shift at which no run is possible."""
 
         def read(shift: float) -> float:
             try:
-                return float(getattr(self.at(self.number.value + shift)[name], what))
+                return float(getattr(self.at(self.number.value + shift)[name], field_name))
             except (ParameterError, Unsupported):
                 return math.nan
 
         return np.array([read(shift) for shift in (shifts * self.number.size).tolist()])
 
-    def slope(self, what: str, name: str) -> float:
-        """That of the predicted error, or of another number of the ends, one for all differences:
-        where a theory takes the run's own steps, it has their rounding, too; NaN where there is
-        none on both sides."""
-        low, high = self.beside(what, name, NEAR * np.array(CENTRAL.values(0.0, 1.0)))
+    def slope(self, field_name: str, name: str) -> float:
+        """Returns the derivative of a field of the ends, such as the predicted error, by a
+        difference of size NEAR. All differences share this slope: if a theory takes the run's own
+        steps, the predicted error has the rounding of those steps, too. NaN if one of the two runs
+        is not possible."""
+        low, high = self.read_at_shifts(
+            field_name, name, NEAR * np.array(CENTRAL.values(0.0, 1.0))
+        )
         return float(high - low) / (2.0 * NEAR * self.number.size)
 
     def noise(self, name: str) -> float:
-        """The standard deviation of what rounding makes of an end; 0 where there is no run."""
-        ends = self.beside("value", name, FINE * np.arange(0.5, BESIDE))
+        """Returns the standard deviation of the rounding of an end; 0 if there is no run."""
+        ends = self.read_at_shifts("value", name, FINE * np.arange(0.5, BESIDE))
         scatter = np.nan_to_num(np.diff(ends, SMOOTH))
         return float(np.sqrt(np.mean(scatter**2) / math.comb(2 * SMOOTH, SMOOTH)))
 
     def steady(self, name: str) -> bool:
-        """Whether a solver took as many steps in all runs near the number's value."""
+        """Whether a solver took the same number of steps in all runs near the number's value."""
         value = self.number.value
-        apart = 2.0 * NEAR * self.number.size
-        near = (ends for at, ends in self.ends.items() if abs(at - value) <= apart)
-        return len({ends[name].steps for ends in near}) == 1
+        reach = 2.0 * NEAR * self.number.size
+        neighbours = (ends for at, ends in self.ends.items() if abs(at - value) <= reach)
+        return len({ends[name].steps for ends in neighbours}) == 1
 
     def corner(self, name: str, eps: float) -> float:
-        """By how much the slopes of the predicted error differ on both sides, `eps` of the number's
-        size away, but for its curvature: it jumps where the motion is a special one, next to which
-        another theory holds, and has a corner where a switch falls on the end of a step."""
+        """Returns the difference of the slopes of the predicted error on the two sides, `eps` of
+        the number's size away, without the part from its curvature. The predicted error jumps at a
+        special motion, next to which another theory holds. It has a corner if a switch falls on the
+        end of a step."""
         shifts = np.array([eps, NEAR, 2.0 * NEAR])
-        less, here, more = (self.beside("error", name, s * shifts) for s in (-1, 0, 1))
-        there, once, twice = np.nan_to_num(
-            (more - 2.0 * here + less) / shifts / self.number.size
+        below, middle, above = (
+            self.read_at_shifts("error", name, s * shifts) for s in (-1, 0, 1)
         )
-        return float(abs(there - (twice - once) * eps / NEAR))
+        at_eps, at_near, at_twice_near = np.nan_to_num(
+            (above - 2.0 * middle + below) / shifts / self.number.size
+        )
+        return float(abs(at_eps - (at_twice_near - at_near) * eps / NEAR))
 
 
-def _predicted(error: ObservedError) -> float:
-    """The predicted error at the end; 0 of a solver that is held to a second run; NaN where there
-    is no theory, or that says that the motion is lost."""
-    if (predicted := error.predicted) is None:
+def _predicted_error(error: ObservedError) -> float:
+    """Returns the predicted error at the end. It is 0 for a solver that is compared with a second
+    run. It is NaN if there is no theory, or theory predicts that the motion is lost."""
+    predicted = error.predicted
+    if predicted is None:
         return math.nan if error.controlled is None else 0.0
-    if predicted.largest > error.scale > 0.0:  # the run is of another motion
+    if predicted.largest > error.scale > 0.0:  # the predicted error is larger than the motion
         return math.nan
     series = predicted.terms, predicted.largest, predicted.nonlinearity
     return predicted.end if predicted.for_this_step or reaches(*series) else math.nan
 
 
-def _rounding(error: ObservedError, steps: int) -> float:
-    own = error.predicted.uncertainty if error.predicted else None
-    return (error.uncertainty if own is None else own) * roundings(steps)
+def _rounding_bound(error: ObservedError, steps: int) -> float:
+    """Returns the bound on the rounding of the end of a run of so many steps."""
+    stepped_uncertainty = error.predicted.uncertainty if error.predicted else None
+    return (
+        error.uncertainty if stepped_uncertainty is None else stepped_uncertainty
+    ) * roundings(steps)
 
 
 def ways() -> tuple[str, ...]:
-    """The names of all ways: differences of runs, and the engines' own ways."""
+    """Returns the names of all ways: differences of runs, and the engines' own ways."""
     own = chain.from_iterable(e.abilities_of(OwnDerivative) for e in engines().values())
     return (*DIFFERENCES, *sorted({ability.way for ability in own}))
 
 
 def usual_step(case: Case, method: Method) -> float:
-    """The step [s] at which methods are compared, or the tightest tolerance."""
+    """Returns the step [s] at which methods are compared, or the tightest tolerance."""
     if method.control == "tolerance":
         return min(method.step_sizes, default=1e-9)
     return min((method.step_sizes or (1e-3,))[0], case.scene.duration)
 
 
-def _of_number(
+def _gradients_by_number(
     number: Number, method: Method, step: float, search: GradientSearch
 ) -> Iterator[Gradient]:
-    """The records of one number."""
+    """Yields the derivatives by one number, one for each observable and way."""
     from plumbob.models.gradient import exact_gradient
 
     engine = engine_of(method)
@@ -334,7 +359,7 @@ def _of_number(
         *(own.way for own in engine.abilities_of(OwnDerivative)),
     )
     blank = [
-        Gradient(name, number.name, way, step=step) for name in search.of for way in wanted
+        Gradient(name, number.name, way, step=step) for name, way in product(search.of, wanted)
     ]
     runs = _Runs(number, method, step, search.of)
     try:
@@ -352,18 +377,21 @@ def _of_number(
         if record.of not in results:
             yield replace(record, why=f"the run leaves out {record.of}")
             continue
-        here = _with_exact(replace(record, at=end), exact)
+        with_exact = _with_exact(replace(record, at=end), exact)
         try:
-            if here.way in DIFFERENCES:
-                yield _by_differences(runs, here, DIFFERENCES[here.way], search.eps)
+            if with_exact.way in DIFFERENCES:
+                yield _difference_gradient(
+                    runs, with_exact, DIFFERENCES[with_exact.way], search.eps
+                )
             else:
-                yield _by_own(runs, here, engine)
+                yield _own_gradient(runs, with_exact, engine)
         except (ParameterError, Unsupported) as why_not:
-            yield replace(here, why=str(why_not))
+            yield replace(with_exact, why=str(why_not))
 
 
 def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
-    """A record with the exact derivative, or the one-sided ones and why there is no other."""
+    """Returns a record with the exact derivative, or with the one-sided derivatives and the reason
+    why there is no other."""
     parts = exact.values, exact.uncertainty, exact.below, exact.above
     value, uncertainty, *sides = (float(part[record.of][0]) for part in parts if part)
     return replace(
@@ -375,122 +403,143 @@ def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
     )
 
 
-def _by_differences(
-    runs: _Runs, record: Gradient, way: DifferenceWay, asked: tuple[float, ...]
+def _difference_gradient(
+    runs: _Runs, record: Gradient, way: DifferenceWay, asked_eps: tuple[float, ...]
 ) -> Gradient:
-    """A record with its differences; raises Unsupported where no value beside the number's is
+    """Returns a record with its differences. Raises Unsupported if no value next to the number's is
     possible."""
-    tried = list[Difference]()
+    differences = list[TriedDifference]()
     why = ""
-    for eps in sorted(asked or (part * runs.number.size for part in SWEEP), reverse=True):
+    for eps in sorted(asked_eps or (part * runs.number.size for part in SWEEP), reverse=True):
         try:
-            tried.append(_difference(runs, record, way, eps))
+            differences.append(_difference(runs, record, way, eps))
         except (ParameterError, Unsupported) as error:
             why = str(error)
-    if not tried:
+    if not differences:
         raise Unsupported(why)
-    epses = [d.eps or 0.0 for d in tried]
-    if len(tried) >= LEAST:
-        apart = math.sqrt(2.0) * runs.noise(record.of) / (1.0 - way.low)
-        tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
+    epses = [d.eps or 0.0 for d in differences]
+    if len(differences) >= LEAST:
+        scatter = math.sqrt(2.0) * runs.noise(record.of) / (1.0 - way.low)
+        differences = [
+            replace(d, noise=scatter / eps) for d, eps in zip(differences, epses, strict=True)
+        ]
     slope, control = (runs.slope(what, record.of) for what in ("error", "control"))
-    # The error of a run is curved, too.
-    predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in tried]
-    measured = [abs(d.computed - record.reference - slope - control) for d in tried]
+    # The error of a run is not linear in the number, either.
+    predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in differences]
+    measured = [abs(d.computed - record.reference - slope - control) for d in differences]
     return replace(
         record,
-        tried=tuple(tried),
+        tried=tuple(differences),
         predicted_best=way.best_of_sweep(epses, predicted) if runs.steady(record.of) else None,
         measured_best=way.best_of_sweep(epses, measured),
         cost=2.0,
     )
 
 
-def _difference(runs: _Runs, record: Gradient, way: DifferenceWay, eps: float) -> Difference:
-    """That of a way with one eps, with all that its contacts leave open; raises ParameterError and
-    Unsupported."""
+def _difference(
+    runs: _Runs, record: Gradient, way: DifferenceWay, eps: float
+) -> TriedDifference:
+    """Returns the difference of a way with one eps, including the bound on the jumps and corners
+    that contacts cause. Raises ParameterError and Unsupported."""
     number = runs.number
     name = record.of
     low, high = way.values(number.value, eps)
     difference = runs.difference(name, (low, high), record.reference)
-    near = (NEAR, *([eps / number.size] if low == number.value else []))
-    left = max(runs.corner(name, each) for each in near)
-    left += JUMP * sum(runs.at(value)[name].model for value in (low, high)) / (high - low)
-    return replace(difference, eps=eps, remainder=difference.remainder + left)
+    sizes = [NEAR]
+    if low == number.value:
+        sizes.append(eps / number.size)
+    contact_bound = max(runs.corner(name, size) for size in sizes)
+    contact_bound += (
+        JUMP * sum(runs.at(value)[name].model for value in (low, high)) / (high - low)
+    )
+    return replace(difference, eps=eps, remainder=difference.remainder + contact_bound)
 
 
-def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
-    """A record of a way of the engine's own; raises Unsupported."""
+def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
+    """Returns a record of a way of the engine's own. Raises Unsupported."""
     number = runs.number
     method = runs.method
     step = runs.step
-    own = next((w for w in engine.abilities_of(OwnDerivative) if w.way == record.way), None)
-    if own is None:
+    way = next((w for w in engine.abilities_of(OwnDerivative) if w.way == record.way), None)
+    if way is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
-    computed, cost = _timed(own.of, engine, runs, record)
-    near = _near(runs, record)
+    computed, cost = _timed(way.of, engine, runs, record)
+    slope = _error_slope(runs, record)
     unit = scheme_of(number.case, method).unit
-    rounding = near.rounding / unit
+    rounding = slope.rounding / unit
     second = engine.ability(SecondRun)
-    left = near.remainder + own.precision * unit * abs(computed) * record.at / step
-    if own.beside is not None:
-        other = _asked(own.beside, number, method, step, record)
-        rounding = FINER * rounding + SOLVER_FACTOR * abs(computed - other)
+    remainder = slope.remainder + way.precision * unit * abs(computed) * record.at / step
+    if way.beside is not None:
+        second_derivative = _one_derivative(way.beside, number, method, step, record)
+        rounding = FINER * rounding + SOLVER_FACTOR * abs(computed - second_derivative)
     if method.control == "tolerance" and second is not None:
-        other = _asked(own.of, number, *second.of(method), record)
-        # Both have their start rounded alike.
-        alike = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
-        rounding = SOLVER_FACTOR * abs(computed - other) + alike
+        second_derivative = _one_derivative(way.of, number, *second.of(method), record)
+        # Both runs round their start in the same way.
+        start_rounding = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
+        rounding = SOLVER_FACTOR * abs(computed - second_derivative) + start_rounding
     return replace(
-        record, tried=(Difference(None, computed, 0.0, near.slope, rounding, left),), cost=cost
+        record,
+        tried=(TriedDifference(None, computed, 0.0, slope.slope, rounding, remainder),),
+        cost=cost,
     )
 
 
 def _growth(number: Number, end: float) -> float:
-    """The largest derivative by a number, until an end [s], of any observable relative to it."""
+    """Returns the largest ratio of the derivative of an observable by a number to the observable,
+    until an end [s]."""
     from plumbob.models.gradient import exact_gradient
 
     times = np.linspace(0.0, end, COURSE)
     exact = exact_gradient(number.case, [number.name], times)[number.name].values
     observed = number.case.reference.observe(times)
     sizes = ((np.abs(exact[name]).max(), np.abs(observed[name]).max()) for name in exact)
-    return max((s / o for s, o in sizes if s * number.size < LOST * o), default=0.0)
+    return max(
+        (
+            size / observed_size
+            for size, observed_size in sizes
+            if size * number.size < LOST * observed_size
+        ),
+        default=0.0,
+    )
 
 
 def _timed(
-    of: Derivatives, engine: Engine, runs: _Runs, record: Gradient
+    derivatives_of: Derivatives, engine: Engine, runs: _Runs, record: Gradient
 ) -> tuple[float, float]:
-    """The derivative of one observable, and its cost in runs; raises Unsupported."""
+    """Returns the derivative of one observable, and its cost in runs. Raises Unsupported."""
     number = runs.number
     method = runs.method
     step = runs.step
     begin = time.thread_time()
     engine.prepare(number.case, method, step).run()
     between = time.thread_time()
-    computed = _asked(of, number, method, step, record)
+    computed = _one_derivative(derivatives_of, number, method, step, record)
     return computed, (time.thread_time() - between) / max(between - begin, SHORTEST)
 
 
-def _near(runs: _Runs, record: Gradient) -> Difference:
-    """The derivative of the predicted error, with what two differences of it leave open, and the
-    error of the same difference of the exact answer: beside a barrier all of it."""
+def _error_slope(runs: _Runs, record: Gradient) -> TriedDifference:
+    """Returns the derivative of the predicted error. Its remainder includes the amount that two
+    differences leave open, and the error of the same difference of the exact answer, which is all
+    of it next to a barrier."""
     value = runs.number.value
     size = NEAR * runs.number.size
     near, wider = (
         runs.difference(record.of, (value - eps, value + eps), record.exact)
         for eps in (size, 2 * size)
     )
-    apart = np.nan_to_num(abs(near.slope - wider.slope)) + runs.corner(record.of, NEAR)
+    open_difference = np.nan_to_num(abs(near.slope - wider.slope)) + runs.corner(
+        record.of, NEAR
+    )
     return replace(
-        near, remainder=near.remainder + apart + SOLVER_FACTOR * abs(near.truncation)
+        near, remainder=near.remainder + open_difference + SOLVER_FACTOR * abs(near.truncation)
     )
 
 
-def _asked(
-    of: Derivatives, number: Number, method: Method, step: float, record: Gradient
+def _one_derivative(
+    derivatives_of: Derivatives, number: Number, method: Method, step: float, record: Gradient
 ) -> float:
-    """The derivative of one observable; raises Unsupported."""
-    asked = of(number, method, step)
-    if record.of not in asked:
-        raise Unsupported(f"{record.way} gives {', '.join(asked)} alone")
-    return asked[record.of]
+    """Returns the derivative of one observable. Raises Unsupported."""
+    derivatives = derivatives_of(number, method, step)
+    if record.of not in derivatives:
+        raise Unsupported(f"{record.way} gives {', '.join(derivatives)} alone")
+    return derivatives[record.of]

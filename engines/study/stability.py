@@ -1,4 +1,5 @@
-"""The largest step at which an engine's own runs keep what the exact motion keeps, by bisection."""
+"""The largest step at which a method's runs keep the properties of the exact motion, by
+bisection."""
 
 from __future__ import annotations
 
@@ -35,46 +36,47 @@ from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
-# Of the start, relative to the scales of the state; smaller where a nudge that the exact motion and
-# LOST_GROWTH magnify would be as large as the motion, but far above what a double resolves.
+# Sizes of the nudge of the start, relative to the scales of the state. If the exact motion and
+# LOST_GROWTH would magnify NUDGE to the size of the motion, the nudge is smaller, but far above the
+# resolution of a double.
 NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
-# the least that a run lasts: steps, and periods of the fastest mode
+# Shortest duration of a run: steps, and periods of the fastest mode.
 STEPS, PERIODS = 10_000, 100
-PILOT = 500  # steps of runs that show most failures, at little cost
-FIRST = 0.3  # in fastest periods: where a search without a prediction begins
-# periods and samples of an exact motion, for its kind and its scales
+PILOT = 500  # steps of pilot runs, which show most failures at little cost
+FIRST = 0.3  # first step of a search without a prediction, in fastest periods
+# Periods and samples of the exact motion that determine its kind and its scales.
 FOLLOWED, SAMPLES = 30, 501
 
 
 @dataclass(frozen=True)
 class SmallestLimit:
-    """The smallest limit that is known of a scene with a method."""
+    """The smallest of the known limits of a scene with a method."""
 
     kind: FailureKind
-    step: float  # [s] the largest that holds: infinite where none is too large, zero where all are
-    measured: bool  # or else predicted
+    step: float  # [s] largest step that holds: infinite if none is too large, zero if all are
+    measured: bool  # whether it is measured; else it is predicted
     why: str
 
 
 @dataclass(frozen=True)
 class MeasuredLimit:
-    """The limit of a kind, as measured and predicted."""
+    """The limit of a kind, measured and predicted."""
 
     kind: FailureKind
-    predicted: float | None  # [s]; infinite where no step is too large, None without theory
-    holds: float | None  # [s] the largest step that holds; None where none that was tried does
-    fails: float | None  # [s] the next step; None where all that were tried hold
-    why: str  # what fails there, or why nothing does
-    reason: str = ""  # of the prediction
+    predicted: float | None  # [s]; infinite if no step is too large, None without theory
+    holds: float | None  # [s] largest step that holds; None if none that was tried does
+    fails: float | None  # [s] next step of the grid; None if all that were tried hold
+    why: str  # what fails at the next step, or why nothing does
+    reason: str = ""  # reason of the prediction
 
     @property
     def measured(self) -> bool:
-        """Whether runs showed it, and not theory alone."""
+        """Whether runs showed the limit. If not, it is from theory alone."""
         return self.holds is not None or self.fails is not None
 
     @property
     def largest(self) -> float:
-        """The largest step that holds [s], infinite where all that were tried do."""
+        """The largest step that holds [s]; infinite if all that were tried hold."""
         if not self.measured:
             return self.predicted or 0.0
         return math.inf if self.fails is None else self.holds or 0.0
@@ -82,16 +84,16 @@ class MeasuredLimit:
 
 @dataclass(frozen=True)
 class SceneLimits:
-    """The limits of a scene with a method, unstable first."""
+    """The limits of a scene with a method, the limit of stability first."""
 
     limits: tuple[MeasuredLimit, ...]
-    equilibrium: bool = False  # by which the motion stays
-    why: str = ""  # there are no limits
+    equilibrium: bool = False  # whether the motion stays by an equilibrium
+    why: str = ""  # why there are no limits
 
 
 @dataclass(frozen=True)
 class StabilitySearch(RunRequest[SceneLimits]):
-    """A search for the largest step of a scene with a method, by its runs or by theory."""
+    """Request for the largest step of a scene with a method, by its runs or by theory."""
 
     label, of_pair, as_planned = "largest step", True, True
 
@@ -100,12 +102,12 @@ class StabilitySearch(RunRequest[SceneLimits]):
     by_runs: bool = True
 
     def made(self, scene: Scene, method: Method) -> SceneLimits:
-        """The limits."""
+        """Returns the limits."""
         return scene_limits(scene, method, self.by_runs)
 
 
 def scene_limits(scene: Scene, method: Method, by_runs: bool = True) -> SceneLimits:
-    """The largest steps of `method` on `scene`, by its runs or by theory; raises
+    """Returns the largest steps of `method` on `scene`, by its runs or by theory. Raises
     ParameterError."""
     if method.control == "tolerance":
         return SceneLimits((), why="it chooses its steps itself, and pays with their number")
@@ -122,26 +124,32 @@ def scene_limits(scene: Scene, method: Method, by_runs: bool = True) -> SceneLim
     if by_runs:
         return searched_limits(case, method, theory, predicted)
     return SceneLimits(
-        tuple(MeasuredLimit(of.kind, of.step, None, None, of.why) for of in predicted)
+        tuple(
+            MeasuredLimit(limit.kind, limit.step, None, None, limit.why) for limit in predicted
+        )
     )
 
 
 def searched_limits(
     case: Case, method: Method, theory: StabilityTheory | None, predicted: tuple[StepLimit, ...]
 ) -> SceneLimits:
-    """The limits of a case, by a search that begins at those `predicted`."""
+    """Returns the limits of a case, by a search that begins at the `predicted` limits."""
     trials = Trials(case, method, theory)
     by_kind = {limit.kind: limit for limit in predicted}
-    unstable = _limit(trials, "unstable", by_kind.get("unstable"), trials.steady, FIRST)
+    unstable = _limit(
+        trials, "unstable", by_kind.get("unstable"), trials.keeps_nudge_small, FIRST
+    )
     start = (unstable.holds or unstable.fails or 0.0) / trials.fastest
-    changes = _limit(trials, "changes-kind", by_kind.get("changes-kind"), trials.kept, start)
-    if changes.fails and not trials.steady(exponent(changes.fails / trials.fastest)):
-        # The first search may have begun beyond steps that are unstable, too.
+    changes = _limit(
+        trials, "changes-kind", by_kind.get("changes-kind"), trials.keeps_kind, start
+    )
+    if changes.fails and not trials.keeps_nudge_small(exponent(changes.fails / trials.fastest)):
+        # The first search may have begun beyond unstable steps.
         predicted_step = unstable.predicted
         reason = unstable.reason
         unstable = replace(changes, kind="unstable", predicted=predicted_step, reason=reason)
-    apart = (changes.fails or math.inf) < (unstable.holds or 0.0)
-    several = apart or "changes-kind" in by_kind
+    changes_first = (changes.fails or math.inf) < (unstable.holds or 0.0)
+    several = changes_first or "changes-kind" in by_kind
     equilibrium = theory is not None and theory.equilibrium
     return SceneLimits((unstable, changes) if several else (unstable,), equilibrium)
 
@@ -153,7 +161,8 @@ def _limit(
     holds: Holds[int],
     start: float,
 ) -> MeasuredLimit:
-    """The limit of a `kind`, searched from its prediction or from `start` fastest periods."""
+    """Returns the limit of a `kind`. The search begins at the predicted limit, or at `start`
+    fastest periods if there is no prediction."""
     if predicted is not None:
         start = predicted.step / trials.fastest
     every = 1 if trials.monotone else TRIAL_STRIDE
@@ -167,44 +176,45 @@ def _limit(
         unstable, changed = trials.outcome(failed)
         why = unstable or changed
     return MeasuredLimit(
-        kind,
-        None if predicted is None else predicted.step,
-        None if held is None else trials.step(held),
-        None if failed is None else trials.step(failed),
-        why,
-        "" if predicted is None else predicted.why,
+        kind=kind,
+        predicted=None if predicted is None else predicted.step,
+        holds=None if held is None else trials.step(held),
+        fails=None if failed is None else trials.step(failed),
+        why=why,
+        reason="" if predicted is None else predicted.why,
     )
 
 
-# why runs are unstable, or else of another kind; empty where they hold
+# The reasons why runs are unstable, and why their motion is of another kind; empty if they hold.
 Outcome = tuple[str, str]
 
 
 @dataclass
 class Trials:
-    """Runs of a case and of its nudged start, each at a step of a grid, made once."""
+    """Runs of a case and of the case with a nudged start, each at a step of a grid and made
+    once."""
 
     case: Case
     method: Method
     theory: StabilityTheory | None
     outcomes: dict[int, Outcome] = field(default_factory=dict)
 
-    def steady(self, number: int) -> bool:
-        """Whether a nudge stays small at this step of the grid."""
+    def keeps_nudge_small(self, number: int) -> bool:
+        """Whether a nudge stays small at a step of the grid."""
         return not self.outcome(number)[0]
 
-    def kept(self, number: int) -> bool:
-        """Whether the motion stays of its kind, too."""
+    def keeps_kind(self, number: int) -> bool:
+        """Whether a nudge stays small and the motion stays of its kind."""
         return not any(self.outcome(number))
 
     def step(self, number: int) -> float:
-        """A step of the grid [s]."""
+        """Returns a step of the grid [s]."""
         return float(self.fastest * TRIAL_STEP_RATIO**number)
 
     def outcome(self, number: int) -> Outcome:
-        """The outcome of runs at a step of the grid."""
+        """Returns the outcome of runs at a step of the grid."""
         if number not in self.outcomes:
-            self.outcomes[number] = self._tried(self.step(number))
+            self.outcomes[number] = self._run_outcome(self.step(number))
         return self.outcomes[number]
 
     @cached_property
@@ -214,14 +224,14 @@ class Trials:
 
     @property
     def monotone(self) -> bool:
-        """Whether all steps above the first that fails do: eigenvalues set the limit, or friction
-        brings all motions to the same rest."""
+        """Whether all steps above the first step that fails do, too. They do if eigenvalues set the
+        limit, or friction brings all motions to the same rest."""
         return self.theory is None or self.theory.equilibrium
 
     @cached_property
     def exact(self) -> Signals:
-        """The exact motion, over the scene's own duration or FOLLOWED periods, where it is known
-        for so long."""
+        """The exact motion over the scene's duration, or over FOLLOWED fastest periods if they are
+        longer and the motion is known for so long."""
         longest = max(self.case.scene.duration, FOLLOWED * self.fastest if self.theory else 0.0)
         try:
             return self.case.reference.observe(np.linspace(0.0, longest, SAMPLES))
@@ -232,20 +242,20 @@ class Trials:
 
     @cached_property
     def scales(self) -> Mapping[str, float]:
-        """The largest magnitude of each observable of the state; of an angle one radian at most."""
-        return {
-            o.name: min(
-                float(np.abs(self.exact[o.name]).max()), 1.0 if o.unit == "rad" else np.inf
-            )
-            or 1.0
-            for o in self.case.system.observables
-            if not o.force
-        }
+        """{observable of the state: its largest magnitude}; the scale of an angle is at most one
+        radian."""
+        scales = {}
+        for observable in self.case.system.observables:
+            if not observable.force:
+                most = 1.0 if observable.unit == "rad" else math.inf
+                largest = float(np.abs(self.exact[observable.name]).max())
+                scales[observable.name] = min(largest, most) or 1.0
+        return scales
 
     @cached_property
     def grown_scales(self) -> Mapping[str, float]:
-        """The same where a nudge is looked at later: of a rate at least what the fastest mode makes
-        of the angle."""
+        """{observable of the state: the scale for the growth of a nudge}. The scale of a rate is at
+        least the rate of the fastest mode with the scale of its angle."""
         if self.theory is None:
             return self.scales
         rates = {f"{n}_dot": size * math.tau / self.fastest for n, size in self.scales.items()}
@@ -253,22 +263,24 @@ class Trials:
 
     @cached_property
     def nudged(self) -> Case:
-        """The case with another start."""
+        """The case with a nudged start."""
         system = self.case.system
         parameters = self.case.scene.parameters
         names = [name for name in system.start if name in parameters] or system.start[-1:]
-        changes = {name: self._moved(name, parameters.get(name, 0.0)) for name in names}
+        changes = {
+            name: self._nudged_parameter(name, parameters.get(name, 0.0)) for name in names
+        }
         changed = system.change(parameters, changes)
         return case_of(replace(self.case.scene, parameters=changed))
 
     @cached_property
     def nudge(self) -> float:
-        """Size of the nudge, relative."""
+        """The relative size of the nudge."""
         growth = self.theory.growth(STEPS * self.fastest * FIRST) if self.theory else 1.0
         return min(max(SMALL / (LOST_GROWTH * growth), SMALLEST_NUDGE), NUDGE)
 
-    def _moved(self, name: str, value: Any) -> Any:
-        """A parameter of the start, moved by the nudge."""
+    def _nudged_parameter(self, name: str, value: Any) -> Any:
+        """Returns the `value` of a parameter of the start, moved by the nudge."""
         values = np.asarray(value, dtype=np.float64)
         size = self.nudge * self.scales.get(name, float(np.abs(values).max()) or 1.0)
         return tuple((values + size).tolist()) if values.ndim else float(values) + size
@@ -278,38 +290,38 @@ class Trials:
         """The kind of the exact motion."""
         return self.theory.kind_of(self.exact) if self.theory else ""
 
-    def _tried(self, step: float) -> Outcome:
-        """The outcome of runs at a step [s]."""
+    def _run_outcome(self, step: float) -> Outcome:
+        """Returns the outcome of runs at a step [s]."""
         steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
-        with np.errstate(all="ignore"):  # of runs that are lost
-            early = self._kept(step, PILOT)
-            return early if early[0] else self._kept(step, steps)
+        with np.errstate(all="ignore"):  # runs that are lost overflow
+            early = self._outcome_of_steps(step, PILOT)
+            return early if early[0] else self._outcome_of_steps(step, steps)
 
-    def _kept(self, step: float, steps: int) -> Outcome:
-        """The outcome of runs of so many steps [s]."""
+    def _outcome_of_steps(self, step: float, steps: int) -> Outcome:
+        """Returns the outcome of runs of so many steps [s]."""
         run = self._run(self.case, step, steps)
-        if why := _lost(run):
+        if why := _loss(run):
             return why, why
         beyond = {n: d for n, d in invariant_drifts(self.case, run).items() if d > BAND}
         if beyond:
             name = next(iter(beyond))
             why = f"{name.replace('_', ' ')} differs by {beyond[name]:.2g} times its scale"
             return why, why
-        grown = self._grown(run, self._run(self.nudged, step, steps))
-        return grown, self._changed(run)
+        grown = self._excessive_growth(run, self._run(self.nudged, step, steps))
+        return grown, self._change_of_kind(run)
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
-        """A run of so many steps."""
+        """Returns a run of `case` with so many steps [s]."""
         return (
             engine_of(self.method).prepare(case.lasting(steps * step), self.method, step).run()
         )
 
-    def _grown(self, run: Trajectory, nudged: Trajectory) -> str:
-        """By how much a nudge has grown beyond what the exact motion magnifies it; empty where
-        that is allowed."""
-        if why := _lost(nudged):
+    def _excessive_growth(self, run: Trajectory, nudged: Trajectory) -> str:
+        """Explains how a nudge has grown beyond its growth in the exact motion; empty if the growth
+        is allowed."""
+        if why := _loss(nudged):
             return f"nudged, it is {why}"
-        apart = np.max(
+        differences = np.max(
             [
                 np.abs(nudged.observables[name] - run.observables[name]) / scale
                 for name, scale in self.grown_scales.items()
@@ -317,32 +329,33 @@ class Trials:
             ],
             axis=0,
         )
-        growth = apart / (apart[0] or self.nudge)
+        growth = differences / (differences[0] or self.nudge)
         if growth.max() <= LOST_GROWTH:
             return ""
-        beyond = growth / self._growth(run.times)
+        beyond = growth / self._exact_growth(run.times)
         if beyond.max() <= LOST_GROWTH:
             return ""
-        first = int(np.argmax(beyond > LOST_GROWTH))
-        return f"a nudge grows {LOST_GROWTH:.0f}-fold within {run.times[first]:.3g} s"
+        first_beyond = int(np.argmax(beyond > LOST_GROWTH))
+        return f"a nudge grows {LOST_GROWTH:.0f}-fold within {run.times[first_beyond]:.3g} s"
 
-    def _growth(self, times: Array) -> Array:
-        """The factors by which the exact motion magnifies a nudge until `times` [s]: those of
-        durations that double, each for all times up to it."""
+    def _exact_growth(self, times: Array) -> Array:
+        """Returns the factors by which the exact motion magnifies a nudge until `times` [s], shape
+        (n,). The factors are computed for durations that double; each is used for all times up to
+        its duration."""
         if self.theory is None:
             return np.ones_like(times)
         lasting = float(times[-1]) * 0.5 ** np.arange(8.0)[::-1]
         factors = np.array([self.theory.growth(float(t)) for t in lasting])
         return np.asarray(factors[np.searchsorted(lasting, times).clip(max=7)])
 
-    def _changed(self, run: Trajectory) -> str:
-        """How the motion is of another kind; empty where it is not."""
+    def _change_of_kind(self, run: Trajectory) -> str:
+        """Explains how the motion is of another kind; empty if it is of the same kind."""
         kind = self.theory.kind_of(run.observables) if self.theory else ""
         return "" if kind == self.kind else f"{self.kind} becomes {kind}"
 
 
-def _lost(run: Trajectory) -> str:
-    """When a run is lost; empty where it is not."""
+def _loss(run: Trajectory) -> str:
+    """Says when a run is lost; empty if it is not."""
     if run.diverged_at is not None:
         return f"lost after {run.diverged_at:.3g} s"
     return lost(run)

@@ -22,7 +22,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
-from plumbob.engines.audit.trims import tried
+from plumbob.engines.audit.trims import effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
@@ -382,7 +382,9 @@ def trimmed_file(
     left_out = models.write_trimmed(source, together.changes, target)
     offered = [(left_out, models.model(target, start))]
     steps = audit.found
-    (read_back,) = tried(audit.model, audit.script, steps.own.parts, steps.index, offered)
+    (read_back,) = effects_of_changes(
+        audit.model, audit.script, steps.own.parts, steps.index, offered
+    )
     return replace(audit, written=(target.name, read_back))
 
 

@@ -144,7 +144,7 @@ def _method_of_file(chosen: argparse.Namespace, model: OwnModel) -> tuple[Method
         raise ParameterError("method", names, "one method, with a model file")
     method = find_method(names[0])
     run = runs_of(method, (*model.steppable, DISCRETE))
-    return method, model if run == method.name else replace(model, integrator=run)
+    return method, model if run == method.name else model.with_integrators((run,))
 
 
 def _matching(option: str, text: str | None, names: Sequence[str]) -> list[str]:

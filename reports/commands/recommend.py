@@ -29,7 +29,7 @@ from plumbob.reports.commands.own_file import described, is_file, motion
 
 if TYPE_CHECKING:
     from plumbob.engines.audit.reference import Certificate
-    from plumbob.engines.audit.step_errors import Compared, StepError
+    from plumbob.engines.audit.step_errors import StepComparison, StepError
     from plumbob.engines.own_motion import OwnModel, Script
     from plumbob.engines.study.checkpoint import Checkpoint
     from plumbob.engines.study.measurement import Measurement
@@ -113,7 +113,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     stays within what is asked for: 1 where none does, 3 where the motion is not certified to its
     end, or not well enough."""
     from plumbob.engines.audit.allowance import Allowance
-    from plumbob.engines.audit.audit import held_to_reference
+    from plumbob.engines.audit.audit import compare_with_reference
     from plumbob.engines.audit.user_models import quiet
     from plumbob.reports.commands.arguments.console import note, progress
 
@@ -121,7 +121,7 @@ def _of_file(chosen: argparse.Namespace) -> int:
     with quiet(), progress() as show:
         model, script = motion(chosen)
         allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
-        reference, steps = held_to_reference(model, script, allowance)
+        reference, steps = compare_with_reference(model, script, allowance)
     if steps is None:
         note(f"{chosen.scene} has no certified motion: {reference.why}")
         return INCOMPLETE
@@ -138,17 +138,17 @@ def _file_choice(
     model: OwnModel,
     script: Script,
     reference: Certificate,
-    steps: Compared,
+    steps: StepComparison,
 ) -> dict[str, Any]:
     """The cheapest integrator and step for an error of `target` [m] as plain data, the model's own
     and the one with the smallest error beside it."""
-    from plumbob.engines.audit.step_errors import TRUSTED, cheapest
+    from plumbob.engines.audit.step_errors import TRUSTED, cheapest_step
     from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import spread
 
     index = steps.index
     choice = None
-    if best := cheapest(steps.steps, steps.own, reference, index, target):
+    if best := cheapest_step(steps.steps, steps.own, reference, index, target):
         options = model.option(best.integrator, best.step)
         choice = {
             "integrator": best.integrator,

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plumbob.engines.registry import limits_of
-from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
+from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, TriedDifference
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.expectations import expected
 
@@ -27,7 +27,7 @@ class JudgedGradient:
     scene: str
     method: str
     gradient: Gradient
-    tried: Difference | None  # the computed derivative; None: the way is unsupported
+    tried: TriedDifference | None  # the computed derivative; None: the way is unsupported
     verdict: GradientVerdict
     why: str = ""
     surprise: str = ""  # why the verdict is not as expected
@@ -111,7 +111,7 @@ def judged_gradients(search: GradientSearch, gradients: Gradients) -> Iterator[J
 
 
 def _judged_gradient(
-    search: GradientSearch, gradient: Gradient, tried: Difference | None
+    search: GradientSearch, gradient: Gradient, tried: TriedDifference | None
 ) -> JudgedGradient:
     """Returns a derivative with its verdict, compared with the known limits of the method."""
     pair = search.scene, search.method
@@ -141,7 +141,7 @@ def _judged_gradient(
 
 
 def _gradient_verdict(
-    gradient: Gradient, tried: Difference | None
+    gradient: Gradient, tried: TriedDifference | None
 ) -> tuple[GradientVerdict, str]:
     """Returns the verdict on a derivative, and its reason. The error may differ from the predicted
     error, to either side, by no more than theory leaves open."""

@@ -16,10 +16,10 @@ from plumbob.engines.audit.reference import OUT_OF_TIME, certified
 from plumbob.engines.audit.step_errors import (
     Cheapest,
     StepError,
-    cheapest,
-    compared,
-    held,
+    cheapest_step,
+    compare_steps,
     observed_order,
+    run_error,
 )
 from plumbob.engines.method import Stepping
 from plumbob.engines.study import cost as cost_module
@@ -113,16 +113,18 @@ def run(step, error, cost, integrator="euler"):
 def test_a_step_is_cheapest_only_where_every_smaller_one_is_as_good(found):
     known = replace(found.reference, uncertainty=np.array([0.0, 1e-6]))
     steps = [run(4.0, 5e-4, 1.0), run(2.0, 3e-3, 2.0), run(1.0, 8e-4, 4.0), run(0.5, 4e-4, 8.0)]
-    best = cheapest(steps, steps[1], known, 1, 1e-3)
+    best = cheapest_step(steps, steps[1], known, 1, 1e-3)
     assert replace(best, cost=None) == Cheapest(1e-3, "euler", 1.0, 8e-4, None)
     spread = 1.0 + math.hypot(0.1, 0.1)  # of both: independent of each other
     assert (best.cost.low, best.cost.value, best.cost.high) == pytest.approx(
         (2.0 / spread, 2.0, 2.0 * spread)
     )
-    assert cheapest(steps[:2], steps[1], known, 1, 1e-3) is None
-    assert cheapest(steps, steps[1], known, 1, 4e-6) is None  # known to a quarter of it only
+    assert cheapest_step(steps[:2], steps[1], known, 1, 1e-3) is None
+    assert (
+        cheapest_step(steps, steps[1], known, 1, 4e-6) is None
+    )  # known to a quarter of it only
     ended = replace(steps[2], cost=None)
-    assert cheapest([ended, steps[3]], ended, known, 1, 1e-3) == Cheapest(
+    assert cheapest_step([ended, steps[3]], ended, known, 1, 1e-3) == Cheapest(
         1e-3, "euler", 0.5, 4e-4, None
     )
 
@@ -132,9 +134,9 @@ def test_where_costs_are_alike_the_choice_is_kept(found, cost):
     """A difference that scatters from call to call decides nothing; a clear one does."""
     known = replace(found.reference, uncertainty=np.array([0.0, 1e-6]))
     own = run(1.0, 8e-4, 1.0)
-    best = cheapest([run(2.0, 8e-4, cost, "rk4"), own], own, known, 1, 1e-3)
+    best = cheapest_step([run(2.0, 8e-4, cost, "rk4"), own], own, known, 1, 1e-3)
     assert (best.integrator, best.cost) == ("euler", Ratio(1.0, 1.0, 1.0))
-    best = cheapest([run(2.0, 8e-4, 0.79, "rk4"), own], own, known, 1, 1e-3)
+    best = cheapest_step([run(2.0, 8e-4, 0.79, "rk4"), own], own, known, 1, 1e-3)
     assert best.integrator == "rk4"
 
 
@@ -157,7 +159,7 @@ def test_costs_are_warm_and_beside_reference_steps(monkeypatch):
     monkeypatch.setattr(cost_module, "reference_step", lambda _: lambda: 500.0)
     own = recast(Clocked, own_model(pendulum(), "rod"))
     motion = script(own, duration=0.1)
-    found = compared(own, motion, certified(own, motion, Allowance(20.0)), Allowance(20.0))
+    found = compare_steps(own, motion, certified(own, motion, Allowance(20.0)), Allowance(20.0))
     for step in found.steps:
         pace = 4000.0 if step.integrator == "rk4" else 1000.0
         assert step.cost.ns_per_step == pytest.approx(pace)
@@ -176,7 +178,7 @@ def test_the_worst_body_is_the_one_that_is_furthest_off():
     model = ready(compiled(text))
     motion = script(model, duration=0.2)
     known = certified(model, motion, Allowance(20.0))
-    assert held(model, motion, known, "euler", 2).worst == "tip"
+    assert run_error(model, motion, known, "euler", 2).worst == "tip"
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,8 @@ from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit import step_errors
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import certified, telling
-from plumbob.engines.audit.step_errors import held, state_errors
+from plumbob.engines.audit.reference import certified, known_part
+from plumbob.engines.audit.step_errors import run_error, state_errors
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answer_lines, audit_answer
@@ -117,7 +117,7 @@ def test_a_handle_that_turns_over_is_as_wrong_as_its_exact_rotation_says(integra
     certified_to = turned(reference.states[:, 3:7], HANDLE_CORNERS)
     assert (displacement(certified_to, truth) <= reference.uncertainty + 1e-15).all()
     run = stepped(model, HANDLE_START, 75, 10)
-    found = held(own, motion, reference, own.integrator, 10)
+    found = run_error(own, motion, reference, own.integrator, 10)
     apart = displacement(turned(run, HANDLE_CORNERS), truth)
     assert found.errors == pytest.approx(apart, abs=known)
     assert found.worst == "body 1"
@@ -262,14 +262,14 @@ def test_an_activation_that_changes_is_no_stillness():
 @pytest.mark.usefixtures("few_steps")
 def test_a_certificate_as_large_as_the_motion_is_none(monkeypatch, tmp_path, capsys):
     """The second method leaves the rod where it starts: both differ by the motion."""
-    computed = reference_module.computed
+    computed = reference_module.integration
 
     def unmoved(model, script, method, *more):
         found = computed(model, script, method, *more)
         states = np.broadcast_to(script.start, found.states.shape)
         return found if method == "DOP853" else replace(found, states=states)
 
-    monkeypatch.setattr(reference_module, "computed", unmoved)
+    monkeypatch.setattr(reference_module, "integration", unmoved)
     (file := tmp_path / "wheel.xml").write_text(WHEEL.replace("</mujoco>", KEY))
     words = ["audit", str(file), "--keyframe", "0", "--duration", "0.1", "--budget", "5"]
     assert main(words) == 0
@@ -290,8 +290,8 @@ def test_a_certificate_ends_where_the_motion_is_larger_for_the_last_time():
     moved = displacement(found.corners[:1], found.corners)
     for most, known in ((0.9, 5), (1.1, 2)):
         factors = np.array([0.0, 1.5, 0.9, most, most, most])
-        cut = telling(replace(found, uncertainty=factors * moved))
+        cut = known_part(replace(found, uncertainty=factors * moved))
         assert cut.known == known
         assert bool(cut.why) == (known < 5)
-    still = telling(replace(found, corners=0.0 * found.corners))
+    still = known_part(replace(found, corners=0.0 * found.corners))
     assert still.known == 5  # what rounding leaves is no motion: nothing is lost

@@ -15,7 +15,7 @@ from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.step_errors import tends
+from plumbob.engines.audit.step_errors import last_tending_period
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import (
     audit_of,
@@ -102,10 +102,10 @@ def test_clamp_that_is_left_out_is_caught():
 
 
 def test_effective_contacts_are_those_that_refsafe_leaves():
-    clamped, changed = own_model_module.clamped_for(ball(solref=".001 1"), 0.001)
+    clamped, changed = own_model_module.clamped_model(ball(solref=".001 1"), 0.001)
     assert changed == {"geom_solref": 2}
     assert clamped.geom_solref[:, 0].tolist() == [0.002, 0.002]
-    unchanged, nothing = own_model_module.clamped_for(ball(solref=".002 1"), 0.001)
+    unchanged, nothing = own_model_module.clamped_model(ball(solref=".002 1"), 0.001)
     assert nothing == {}
     assert unchanged.geom_solref[:, 0].tolist() == [0.002, 0.002]
 
@@ -118,7 +118,7 @@ def test_steps_that_level_off_above_what_is_known_do_not_tend(level, until):
         for k, error in enumerate(errors)
     ]
     known = SimpleNamespace(uncertainty=np.array([0.0, 1e-6]))
-    assert tends(steps, steps[0], known) == until
+    assert last_tending_period(steps, steps[0], known) == until
 
 
 def test_a_step_that_passes_over_a_contact_as_the_reference_does_is_no_confirmation():
@@ -131,4 +131,4 @@ def test_a_step_that_passes_over_a_contact_as_the_reference_does_is_no_confirmat
         for k, error in enumerate(sizes)
     ]
     known = SimpleNamespace(uncertainty=np.array([0.0, 1e-12]))
-    assert tends(steps, steps[0], known) == 0
+    assert last_tending_period(steps, steps[0], known) == 0

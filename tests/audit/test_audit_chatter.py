@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import WIDTHS, certified, largest
+from plumbob.engines.audit.reference import WIDTHS, certified, running_maximum
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
 
 FRICTION, GRAVITY, SPEED = 0.3, 9.81, 1.0
@@ -73,7 +73,7 @@ def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(monke
     monkeypatch.setattr(reference_module, "CHATTER", 0)  # its first event is taken for chatter
     layered = certified(own, motion, Allowance(60.0))
     assert layered.widths == WIDTHS
-    off = largest(np.linalg.norm(layered.corners - sharp.corners, axis=2))
+    off = running_maximum(np.linalg.norm(layered.corners - sharp.corners, axis=2))
     assert off[-1] > 1e-5
     assert (off <= layered.uncertainty + sharp.uncertainty).all()
     assert layered.uncertainty[-1] < 1.5 * off[-1]

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.engines.audit.engines import measured
+from plumbob.engines.audit.engines import file_error
 from plumbob.engines.study.model_reading import EVERY_FIELD_TEXT
 from plumbob.engines.workers import Lost, Workers
 from plumbob.reports.cli import main
@@ -50,7 +50,7 @@ def test_a_change_is_the_first_term_and_its_force_puts_it_right(
     motion, field, factor, term, cause
 ):
     """Put right, what is left is the step's own error, to rounding."""
-    result = measured(changed(_sets(field, factor)), motion)
+    result = file_error(changed(_sets(field, factor)), motion)
     assert result.first.term == term
     assert result.first.cause.startswith(cause)
     assert result.all_right == pytest.approx(result.step_error, rel=1e-6)
@@ -61,12 +61,12 @@ def test_a_change_is_the_first_term_and_its_force_puts_it_right(
 
 
 def test_rounding_to_single_precision_is_predicted(motion):
-    result = measured(changed(single=True, precision=2.0**-24), motion)
+    result = file_error(changed(single=True, precision=2.0**-24), motion)
     assert [difference.term for difference in result.differences] == ["single precision"]
     assert result.apart == result.rounding
     assert 0.0 < result.rounding < 30 * 2.0**-24  # its steps
     assert (result.part_explained, result.reason) == (None, "no force undoes rounding")
-    assert np.isnan(measured(changed(), motion).rounding)
+    assert np.isnan(file_error(changed(), motion).rounding)
 
 
 BALL = """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body name="ball" pos="0 0 0.11">
@@ -82,7 +82,7 @@ BALL = """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body name="ball" 
 )
 def test_contacts_that_are_missing_or_others_are_not_put_right(tmp_path, field, term, cause):
     (file := tmp_path / "ball.xml").write_text(BALL.format(""), "utf-8")
-    result = measured(changed(_sets(field, 0)), held(file, duration=0.08))
+    result = file_error(changed(_sets(field, 0)), held(file, duration=0.08))
     assert (result.first.term, result.first.cause) == (term, cause)
     assert result.part_explained is None
     assert "solver's" in result.reason
@@ -101,7 +101,7 @@ def test_another_integrator_is_not_called_constraints(tmp_path):
     def implicit(model):
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 
-    result = measured(changed(implicit), held(file, 0, duration=0.1))
+    result = file_error(changed(implicit), held(file, 0, duration=0.1))
     assert [difference.term for difference in result.differences] == ["integrator"]
     expected = 1.0 - 1.0 / (1.0 + 0.01 * 4.0 / 0.11)
     assert result.first.size == pytest.approx(expected, rel=1e-9)  # its own steps, to rounding

@@ -67,7 +67,11 @@ def test_what_is_documented_is_there(results, name):
     corners = len(result.model.corner_bodies)
     assert result.reference.corners.shape == (periods + 1, corners, 3)
     assert [points.shape for points in result.corners.values()] == [(corners - 1, 3)]
-    for samples in (result.script.times, result.reference.uncertainty, result.found.own.errors):
+    for samples in (
+        result.script.times,
+        result.reference.uncertainty,
+        result.found.own.errors,
+    ):
         assert samples.shape == (periods + 1,)
     assert {name: pose.shape for name, pose in result.pose.items()} == {
         "world": (3,),

@@ -77,7 +77,9 @@ def test_a_pendulum_is_confirmed_by_small_steps_and_another_eps(integrator):
     found = certified_gradient(own, motion, reference, len(motion.controls), Allowance(600.0))
     for number in range(3):
         runs = [
-            own.stepped(gradient_module._moved(own, motion, number, by), "rk4", 64).states
+            own.stepped(
+                gradient_module._shifted_script(own, motion, number, by), "rk4", 64
+            ).states
             for by in (1e-5, -1e-5)
         ]
         slope = own.coordinates(*runs)[-1] / 2e-5

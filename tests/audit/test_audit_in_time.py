@@ -16,7 +16,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.step_errors import halved
+from plumbob.engines.audit.step_errors import errors_at_halved_steps
 from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.engines.step_jacobian import step_jacobian
 from plumbob.engines.tangent_space import TangentSpace
@@ -108,7 +108,7 @@ def test_the_own_step_is_run_whatever_the_time(request):
     motion = script(own, duration=0.2)
     known = certified(own, motion, Allowance(20.0))
     request.getfixturevalue("clock")
-    steps = halved(own, motion, known, own.integrators, 0.0)
+    steps = errors_at_halved_steps(own, motion, known, own.integrators, 0.0)
     assert [(s.integrator, s.parts) for s in steps] == [("euler", 1), ("euler", 2)]
     found = audited(own, motion, "rest", Allowance(1e-9))
     assert found.found is None

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.own_model.refusals import refused
+from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import PENDULUM, pendulum
@@ -71,7 +71,7 @@ class WithPluginState:
 
 def test_a_plugin_with_a_state_of_its_own_is_refused():
     with pytest.raises(NotCertifiable, match="a plugin with a state of its own"):
-        refused(WithPluginState(pendulum()))
+        check_continuous(WithPluginState(pendulum()))
 
 
 @pytest.fixture(name="files")

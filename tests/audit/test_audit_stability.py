@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import kind
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import integrator_number
 from plumbob.engines.audit import stability as stability_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
@@ -17,11 +17,11 @@ from plumbob.engines.audit.stability import (
     LEAST,
     LOST_GROWTH,
     MARGIN,
-    Course,
-    excess,
+    SteppedMotion,
+    check_below,
+    largest_excess,
     largest_steps,
-    limited,
-    tried_below,
+    limit_of_method,
 )
 from plumbob.engines.own_motion import Start
 from plumbob.engines.step_jacobian import state_at_rest
@@ -83,7 +83,7 @@ def course(text, duration=0.3, control="rest"):
     model = own_model(compiled(text), "model", Start(0 if "<key " in text else None))
     motion = script(model, control, duration)
     parts = 16 * round(motion.period / model.step)
-    return Course(model, motion, model.stepped(motion, "implicitfast", parts).states)
+    return SteppedMotion(model, motion, model.stepped(motion, "implicitfast", parts).states)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def course(text, duration=0.3, control="rest"):
 )
 def test_an_oscillator_goes_where_theory_says(integrator, times):
     """Semi-implicit Euler beyond h omega = 2, RK4 beyond the root of 8."""
-    limit = limited(course(arm()), integrator)
+    limit = limit_of_method(course(arm()), integrator)
     assert limit.confirmed
     assert limit.largest_step == limit.predicted
     assert limit.largest_step == pytest.approx(times / RATE, rel=WITHIN)
@@ -131,7 +131,7 @@ FILTER = (
     ],
 )
 def test_what_goes_first_has_its_name(more, joint, integrator, first, limit):
-    found = limited(course(arm(more, joint, step=0.0006)), integrator)
+    found = limit_of_method(course(arm(more, joint, step=0.0006)), integrator)
     assert found.largest_step == pytest.approx(limit, rel=WITHIN)
     assert found.confirmed
     assert found.first == first
@@ -144,8 +144,8 @@ def test_growth_of_the_motion_itself_is_no_instability():
     step = on.model.step
     for integrator in on.model.steppable:
         jacobian = on.jacobian(at, at.state, integrator, step)
-        assert excess(jacobian, at.rates, step) <= 1.0 + MARGIN
-        assert excess(jacobian, 0.0 * at.rates, step) > 1.0 + MARGIN
+        assert largest_excess(jacobian, at.rates, step) <= 1.0 + MARGIN
+        assert largest_excess(jacobian, 0.0 * at.rates, step) > 1.0 + MARGIN
         assert on.growth(integrator, step, on.script.start, 0, 2.0) > LOST_GROWTH
         assert not on.lost(integrator, step)
     assert not largest_steps(on.model, on.script, on.states, Allowance()).unstable
@@ -153,9 +153,9 @@ def test_growth_of_the_motion_itself_is_no_instability():
 
 def test_a_limit_from_the_start_alone_misses_the_contact():
     on = course(DROP)
-    first = limited(replace(on, states=on.states[:1]), "euler")
+    first = limit_of_method(replace(on, states=on.states[:1]), "euler")
     assert first.predicted is None
-    limit = limited(on, "euler")
+    limit = limit_of_method(on, "euler")
     assert limit.largest_step == limit.predicted
     assert limit.confirmed
     assert limit.first == "joint fall, contact floor – ball"
@@ -170,7 +170,7 @@ def test_a_state_of_rest_is_left_as_it_is(text, at):
         stepper = on.model.function_stepper("euler", step)
         rest = state_at_rest(stepper, on.space, np.array([-at, 0.0]), point.control)
         nudged = on.growth("euler", step, rest, 0, LEAST * step)
-        growing = excess(on.jacobian(point, rest, "euler", step), np.zeros(2), step)
+        growing = largest_excess(on.jacobian(point, rest, "euler", step), np.zeros(2), step)
         assert (growing > 1.0 + MARGIN, nudged > LOST_GROWTH) == (text is POLE, text is POLE)
         place, rate = rest
         assert rate == pytest.approx(0.0, abs=1e-8)
@@ -185,7 +185,7 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
         monkeypatch.setattr(
             stability_module, "magnifies", lambda on, at, of, step, s=shown: step > s
         )
-        limit = limited(on, "euler")
+        limit = limit_of_method(on, "euler")
         assert limit.confirmed
         assert limit.largest_step != limit.predicted
         assert limit.largest_step == pytest.approx(2.0 / RATE, rel=0.11)
@@ -214,7 +214,7 @@ LINKS = """
 def apart(on, integrator, step, nudge=1e-8, steps=400):
     """How many times as far apart as at the start two runs are at most, by MuJoCo's steps alone."""
     model = on.model._as_stepped()
-    model.opt.timestep, model.opt.integrator = step, kind(integrator)
+    model.opt.timestep, model.opt.integrator = step, integrator_number(integrator)
     first, second = mujoco.MjData(model), mujoco.MjData(model)
     second.qpos[:] += nudge
     most = 0.0
@@ -231,7 +231,7 @@ def apart(on, integrator, step, nudge=1e-8, steps=400):
 @pytest.mark.parametrize("integrator", ["implicit", "implicitfast"])
 def test_a_limit_above_which_runs_hold_is_not_confirmed(integrator):
     on = course(LINKS, 1.0, "sines")
-    limit = limited(on, integrator)
+    limit = limit_of_method(on, integrator)
     assert limit.largest_step < 1.1 * 13.4e-3
     assert not limit.confirmed
     assert limit.holds_to > 1.5 * limit.largest_step
@@ -242,24 +242,24 @@ def test_a_limit_above_which_runs_hold_is_not_confirmed(integrator):
 def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
     """Some between them and the limit hold: an island, not a limit."""
     on = course(arm())
-    velocity = Course.last_velocity
-    limit = limited(on, "euler")
-    assert tried_below(on, limit) == limit
+    velocity = SteppedMotion.last_velocity
+    limit = limit_of_method(on, "euler")
+    assert check_below(on, limit) == limit
     monkeypatch.setattr(
-        Course,
+        SteppedMotion,
         "last_velocity",
         lambda self, of, step, t=None: (
             np.inf if 3e-3 < step < 3.4e-3 else velocity(self, of, step, t)
         ),
     )
-    lower = tried_below(on, limit)
+    lower = check_below(on, limit)
     assert lower.confirmed
     assert 2.4e-3 < lower.largest_step < 3e-3
 
 
 def test_a_ball_that_does_not_come_to_rest_chatters():
     on = course(DROP)
-    limit = tried_below(on, limited(on, "rk4"))
+    limit = check_below(on, limit_of_method(on, "rk4"))
     assert 4.0e-3 < limit.chatters < 4.6e-3
     assert limit.reach == math.inf
 
@@ -274,7 +274,7 @@ def test_a_remedy_that_is_followed_gives_what_it_claims():
         math.sqrt(2.0) * found.own.largest_step, rel=WITHIN
     )
     again = course(arm(armature=0.02))
-    assert limited(again, "euler").largest_step == pytest.approx(
+    assert limit_of_method(again, "euler").largest_step == pytest.approx(
         remedy.limit.largest_step, rel=WITHIN
     )
     fine = [

@@ -11,7 +11,7 @@ from plumbob.engines.abilities import BuildsMechanisms
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import numbers_of, own_ways
+from plumbob.engines.audit.gradient import derivatives_of_run, numbers_of
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.stepper import State
@@ -108,7 +108,7 @@ def ways_of(name, text):
     own.start.qpos[:], own.start.qvel[:] = start.qpos, start.qvel
     motion = script(own, "sines", PERIODS * PARTS * STEP)
     known = np.ones(len(numbers_of(own)), bool)
-    ways = own_ways(find_method(name), own, motion, known, 600.0)
+    ways = derivatives_of_run(find_method(name), own, motion, known, 600.0)
     controls = np.repeat(motion.controls, PARTS, axis=0)
     return ways, central_differences(model, name, controls)
 

@@ -15,7 +15,7 @@ from plumbob.engines.adapters.mujoco.own_model import hidden_touches
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import certified, computed
+from plumbob.engines.audit.reference import certified, integration
 from plumbob.engines.own_motion import Start
 from plumbob.reports.view.audit.page import answer_rows, audit_answer
 from plumbob.reports.view.audit.records import record
@@ -41,7 +41,7 @@ def card(place=1.0317, height=0.0, margin=0.0):
 
 def course(text, method="RK45", tolerance=1e-8):
     own = own_model(compiled(text), "card", Start(0))
-    return computed(own, script(own, duration=0.04), method, tolerance, BUDGET)
+    return integration(own, script(own, duration=0.04), method, tolerance, BUDGET)
 
 
 @pytest.mark.parametrize(("method", "tolerance"), [("RK45", 1e-8), ("DOP853", 1e-10)])
@@ -169,7 +169,7 @@ def test_bounds_that_hold_for_half_a_radian_let_steps_be_long(monkeypatch):
         return good(search, *given)
 
     monkeypatch.setattr(hidden_touches.HiddenTouches, "within", counted)
-    assert computed(*audited(3), "RK45", 1e-8, BUDGET).events
+    assert integration(*audited(3), "RK45", 1e-8, BUDGET).events
     assert len(steps) < 150  # 67
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.tests.contracts import file_contracts, import_contracts, wording
+from plumbob.tests.contracts import file_contracts, import_contracts, sentences, wording
 
 ROOT = Path(__file__).parents[2]
 TREES = tomllib.loads(Path(__file__).with_name("trees.toml").read_text("utf-8"))
@@ -21,7 +21,8 @@ def functions(count, body):
 
 
 BROKEN["long_functions"] = [functions(22, 60 * "    x = 0\n"), functions(120, SIXTEEN)]
-EVERY = {**vars(import_contracts), **vars(file_contracts), **vars(wording)}
+MODULES = (import_contracts, file_contracts, sentences, wording)
+EVERY = {name: value for module in MODULES for name, value in vars(module).items()}
 CONTRACTS = tuple(EVERY[name] for name in BROKEN)
 CASES = tuple((EVERY[name], change) for name, changes in BROKEN.items() for change in changes)
 

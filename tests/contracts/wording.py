@@ -14,8 +14,6 @@ TERMS = (  # pattern, what to write in its place; a space stands for any white s
     (r"climb(s|ed|ing)?|rungs?|ladders?", "convergence study, step sizes"),
     (r"sag(s|ged|ging)?|sink(s|ing)?|sank|sunk", "static penetration, contact deflection"),
     (r"riding", "deflection dynamics"),
-    (r"creep(s|ing)?|crept", "drift of regularised stiction"),
-    (r"hop(s|ped|ping)?", "contact chatter"),
     (r"heave(s|d)?|heaving", "vertical displacement"),
     (r"slips? felt", "tangential-normal coupling"),
     # A sweep over parameters is the field's own term.
@@ -28,7 +26,6 @@ TERMS = (  # pattern, what to write in its place; a space stands for any white s
     (r"chords", "position-first stepping"),
     (r"stretch(es)?", "smooth segment"),
     (r"staging|staged", "set-up"),
-    (r"grip(s|ped|ping)?", "friction limit, sticks"),
     (r"errs|erred|erring|(to|may|can|will|must) err", "the error is"),  # `err` alone is stderr
     (r"(is|are|was|were|be|how far) off by", "the error is"),
     (r"least (error|wrong|exact)", "smallest error, at which step"),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from plumbob.engines.abilities import BuildsMechanisms, RunsFiles
-from plumbob.engines.audit.engines import measured
+from plumbob.engines.audit.engines import file_error
 from plumbob.engines.registry import engines, find_engine, installed
 from plumbob.tests.support.engines_beside import changed, held
 
@@ -58,7 +58,7 @@ def test_the_readers_loss_is_not_the_engines(name, loss, tmp_path):
     short suite has a loss of each engine."""
     (whole := tmp_path / "whole.xml").write_text(ARM.format(**WHOLE), "utf-8")
     (read := tmp_path / "read.xml").write_text(ARM.format(**WHOLE | LOSSES[loss]), "utf-8")
-    result = measured(_reading(name, read), held(whole, control="sines", duration=0.4))
+    result = file_error(_reading(name, read), held(whole, control="sines", duration=0.4))
     assert (result.why, result.not_built) == ("", "")
     assert result.left == result.built
     assert abs(result.built - result.step_error) < 0.01 * result.error

@@ -8,7 +8,7 @@ import pytest
 
 import plumbob.models
 from plumbob.engines.audit.engines import engine_error
-from plumbob.engines.audit.term_differences import read_by
+from plumbob.engines.audit.term_differences import readings_of
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.model_reading import every_field
 from plumbob.reports.judge.model_readers import compared_reading
@@ -256,5 +256,5 @@ def test_drake_is_said_to_read_what_its_actuators_use(actuator, term, cause, rea
 
 def _taken_over(engine, folder):
     """The fields of the arms that an engine reads, and {field: reason} of those that it drops."""
-    reader = compared_reading(engine, *read_by(find_engine(engine), folder / "arms.xml"))
+    reader = compared_reading(engine, *readings_of(find_engine(engine), folder / "arms.xml"))
     return reader.read, reader.dropped or {}

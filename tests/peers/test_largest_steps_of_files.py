@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanis
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.built_mechanism import BuiltSteppers
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.stability import Course, limited
+from plumbob.engines.audit.stability import SteppedMotion, limit_of_method
 from plumbob.engines.own_motion import Start
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
@@ -63,7 +63,7 @@ def course_of(text, name):
     motion = script(model, "rest", 0.2)
     states = model.stepped(motion, "rk4", 16 * round(motion.period / model.step)).states
     builds = engine.ability(BuildsMechanisms)
-    return Course(model, motion, states, builds and BuiltSteppers(builds, model))
+    return SteppedMotion(model, motion, states, builds and BuiltSteppers(builds, model))
 
 
 def run_in_mujoco(text, step, qpos):
@@ -115,7 +115,7 @@ def test_nudged_runs_hold_below_a_limit_and_are_lost_above(file, name):
     """Where no step up to ten times the file's own is too large, the largest of them holds."""
     text = FILES[file]
     on = course_of(text, name)
-    limit = limited(on, "euler" if name == "mujoco/euler" else name)
+    limit = limit_of_method(on, "euler" if name == "mujoco/euler" else name)
     run = run_in_mujoco if name == "mujoco/euler" else partial(run_in_engine, name)
     own = growth(run, text, on.model.step / 4.0)
     assert limit.confirmed

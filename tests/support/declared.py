@@ -16,7 +16,7 @@ from plumbob.engines.study.convergence import (
 )
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan, TrimmingRun
-from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
+from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, TriedDifference
 from plumbob.engines.study.identification import Identification, Identified, ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
@@ -141,7 +141,7 @@ def _invented(request):
             request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1
         )
     if isinstance(request, GradientSearch):
-        tried = Difference(1e-3, 1.0, 0.0, 0.0, 1e-9, 1e-9)
+        tried = TriedDifference(1e-3, 1.0, 0.0, 0.0, 1e-9, 1e-9)
         ways = [Gradient(of, request.by, "central", 1.0, 1e-3, 1.0, 0.0) for of in request.of]
         return Gradients(tuple(replace(way, tried=(tried,), cost=2.0) for way in ways))
     if isinstance(request, LongRunSearch):

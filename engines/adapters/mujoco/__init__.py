@@ -210,9 +210,9 @@ def _user_contacts(
 def _write_trimmed(source: Path, changes: Sequence[Change], target: Path) -> tuple[Change, ...]:
     """Writes the file `source` to `target` without the parts that `changes` leave out, and returns
     the changes that were written; raises ParameterError."""
-    from plumbob.engines.adapters.mujoco.own_model.file_text import write
+    from plumbob.engines.adapters.mujoco.own_model.file_text import write_without
 
-    return write(source, changes, target)
+    return write_without(source, changes, target)
 
 
 def _collect_messages() -> AbstractContextManager[list[str]]:

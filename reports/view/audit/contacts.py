@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
+from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, ContactRun
 from plumbob.reports.view.audit.motion import mean_ratio
 
 
@@ -28,7 +28,7 @@ def contact_numbers(audit: ContactAudit) -> dict[str, Any]:
     }
 
 
-def _kind(name: str, audit: ContactAudit, runs: tuple[Measured, ...]) -> dict[str, Any]:
+def _kind(name: str, audit: ContactAudit, runs: tuple[ContactRun, ...]) -> dict[str, Any]:
     """Returns the results on contacts of one kind, for the template. `runs` goes from the coarsest
     step to the finest; its first run has the model's own step.
 

@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import RESOLVED
-from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
+from plumbob.engines.audit.step_errors import TARGETS, StepComparison, horizon
 from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.reports.advice.work_precision import pareto_front
 
@@ -73,7 +73,7 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
     }
 
 
-def _choices(audit: Audit, compared: Compared) -> dict[str, Any]:
+def _choices(audit: Audit, compared: StepComparison) -> dict[str, Any]:
     """Returns two choices: `better`, the cheapest step and integrator for an error below the error
     of the model's step; and `enough`, the cheapest one for the smallest target error that is no
     smaller than the error of the model's step. Each is None if there is none; `enough` also if the
@@ -87,7 +87,7 @@ def _choices(audit: Audit, compared: Compared) -> dict[str, Any]:
     return {"better": better[0] if better else None, "enough": enough}
 
 
-def _costs(compared: Compared) -> dict[str, Any]:
+def _costs(compared: StepComparison) -> dict[str, Any]:
     """Returns `costs`: for each integrator the steps [s], the costs [ns per simulated second] and
     the errors [m] of its timed runs; and `front`: the costs and errors of the Pareto front."""
     timed = [run for run in compared.steps if run.cost]

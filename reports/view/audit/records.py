@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
+from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, ContactRun
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
-from plumbob.engines.audit.step_errors import Compared, StateErrors
+from plumbob.engines.audit.step_errors import StateErrors, StepComparison
 from plumbob.engines.audit.trims import Trim
 from plumbob.engines.derivative_ways import CENTRAL
 from plumbob.reports.advice.json_records import plain
@@ -101,7 +101,7 @@ def _state_errors(errors: StateErrors | None) -> Plain:
     }
 
 
-def _steps(compared: Compared | None) -> Plain:
+def _steps(compared: StepComparison | None) -> Plain:
     """Returns the error of the model's step over time [m], its order of convergence, and the errors
     and costs of other steps and integrators."""
     if compared is None:
@@ -201,7 +201,7 @@ def spread(cost: Ratio | None) -> Plain:
     return {"cost": cost.value, "spread": [cost.low, cost.high]}
 
 
-def _contact_run(audit: ContactAudit, measured: Measured, predicted: Any = None) -> Plain:
+def _contact_run(audit: ContactAudit, measured: ContactRun, predicted: Any = None) -> Plain:
     """Returns one run of a contact audit, with the errors that theory predicts, if there are
     any."""
     turning = measured.turning

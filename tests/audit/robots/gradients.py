@@ -23,7 +23,12 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.terms import put, state_of
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import TIGHT, _moved, _refined, certified_gradient
+from plumbob.engines.audit.gradient import (
+    TIGHT,
+    _extrapolated_difference,
+    _shifted_script,
+    certified_gradient,
+)
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.tests.audit.robots.robot_files import folder
@@ -101,7 +106,9 @@ def by_own_steps(own, motion, number):
     """Eq. 1 at the end, of the file's own RK4."""
 
     def difference(eps):
-        ends = (ended(own, _moved(own, motion, number, by))[None] for by in (eps, -eps))
+        ends = (
+            ended(own, _shifted_script(own, motion, number, by))[None] for by in (eps, -eps)
+        )
         return own.coordinates(*ends)[0] / (2.0 * eps)
 
     return (4.0 * difference(EPS / 2.0) - difference(EPS)) / 3.0
@@ -118,7 +125,9 @@ def row(name):
     numbers = np.flatnonzero(found.known)
     other, steps = (np.full_like(found.exact[-1], np.nan) for _ in range(2))
     for number in numbers:
-        other[:, number] = _refined(own, motion, number, ANOTHER, allowance)[0][-1]
+        other[:, number] = _extrapolated_difference(own, motion, number, ANOTHER, allowance)[0][
+            -1
+        ]
         steps[:, number] = by_own_steps(own, motion, number)
     exact = found.exact[-1]
     known = float(found.certificate[-1])

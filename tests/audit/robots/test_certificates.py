@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.reference import RESOLVED, largest
+from plumbob.engines.audit.reference import RESOLVED, running_maximum
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.robots.robot_files import FILES, file_audit
 
@@ -71,7 +71,7 @@ def verdict(found, confirmed):
 
 def so_far(one, other):
     """The largest displacement [m] of any corner so far between two motions, shape (n,)."""
-    return largest(np.linalg.norm(one - other, axis=2))
+    return running_maximum(np.linalg.norm(one - other, axis=2))
 
 
 QUICK = ("hopper rest", "walker rest", "inverted_pendulum sines", "swimmer sines")

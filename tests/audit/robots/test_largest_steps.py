@@ -8,11 +8,18 @@ import mujoco
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import kind
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import integrator_number
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.stability import ABOVE, BELOW, HELPS, Course, limited, remedied
+from plumbob.engines.audit.stability import (
+    ABOVE,
+    BELOW,
+    HELPS,
+    SteppedMotion,
+    find_remedies,
+    limit_of_method,
+)
 from plumbob.tests.audit.robots.robot_files import folder
 
 CASES = tomllib.loads(Path(__file__).with_name("known_steps.toml").read_text("utf-8"))
@@ -27,7 +34,7 @@ def compiled(package, name, integrator, request):
     if folder(package) is None:
         pytest.skip(f"{package} is not installed: pip install --no-deps {package}")
     model = mujoco.MjModel.from_xml_path(str(folder(package) / f"{name}.xml"))
-    model.opt.integrator = kind(integrator)
+    model.opt.integrator = integrator_number(integrator)
     return model
 
 
@@ -36,8 +43,8 @@ def limit_of(model, integrator):
     own = own_model(model, "model")
     moved = script(own, "rest")
     reference = certified(own, moved, Allowance(10.0))
-    course = Course(own, moved, reference.states)
-    return course, limited(course, integrator)
+    course = SteppedMotion(own, moved, reference.states)
+    return course, limit_of_method(course, integrator)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +78,7 @@ def test_a_remedy_gives_what_is_claimed_of_it(package, name, integrator, remedy,
     its own along its own certified motion."""
     changed = compiled(package, name, integrator, request)
     course, own = limit_of(compiled(package, name, integrator, request), integrator)
-    claimed = next(r for r in remedied(course, [own]) if r.change.name == remedy)
+    claimed = next(r for r in find_remedies(course, [own]) if r.change.name == remedy)
     for field, places, value in claimed.change.sets:
         getattr(changed, field).reshape(-1)[list(places)] = value
     _, again = limit_of(changed, integrator)

@@ -79,7 +79,9 @@ def test_trimmed_file_moves_as_the_complete_one(name, tmp_path):
     if name == "pairs":
         assert "2 contact pairs that never touch" in names
     changes = [c for t in tried.each if t.same_bits for c in t.changes]
-    from plumbob.engines.adapters.mujoco.own_model.file_text import write as write_trimmed
+    from plumbob.engines.adapters.mujoco.own_model.file_text import (
+        write_without as write_trimmed,
+    )
 
     write_trimmed(source, changes, target)
     assert np.array_equal(states(source), states(target))

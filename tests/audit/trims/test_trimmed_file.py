@@ -9,7 +9,7 @@ import pytest
 
 import plumbob
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.own_model.file_text import write as write_trimmed
+from plumbob.engines.adapters.mujoco.own_model.file_text import write_without as write_trimmed
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.trims import Trim, Trims
 from plumbob.engines.own_motion import Change

@@ -1,5 +1,4 @@
-"""Derivatives of a MuJoCo model's own run by `mjd_transitionFD`, multiplied along it, and names of
-the numbers that they are taken by."""
+"""Names of the numbers of a MuJoCo model's start and controls by which derivatives are taken."""
 
 from __future__ import annotations
 
@@ -13,11 +12,12 @@ from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.own_model.readings import control_names
 
 TURNS = ("about x", "about y", "about z")
-FREEDOMS = MappingProxyType({6: ("x", "y", "z", *TURNS), 3: TURNS})  # of joints with several
+# Names of the degrees of freedom of a joint with several
+FREEDOMS = MappingProxyType({6: ("x", "y", "z", *TURNS), 3: TURNS})
 
 
 def names(model: Any) -> Mapping[str, tuple[str, ...]]:
-    """Of positions, velocities, activations and controls: {kind: a name for each}."""
+    """Returns {kind: a name for each number} of positions, velocities, activations and controls."""
     freedoms = []
     for number in range(model.njnt):
         joint = name_of(model, "joint", number)

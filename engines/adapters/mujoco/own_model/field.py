@@ -1,8 +1,8 @@
 """The continuous motion of a MuJoCo model: accelerations from the constraint solver, no time step.
 
-MuJoCo's state changes by qdot = v (quaternions by half their product with the angular velocity),
-vdot = qacc and actdot = act_dot. `qacc` comes from the solver, run to its floor without a warm
-start, so that it is a function of the state alone.
+The rates of MuJoCo's state are qdot = v (for a quaternion, half its product with the angular
+velocity), vdot = qacc and actdot = act_dot. `qacc` comes from the solver, which runs to its floor
+without a warm start, so that `qacc` is a function of the state alone.
 """
 
 from __future__ import annotations
@@ -19,32 +19,35 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import NotCertifiable
 
-MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
-BEYOND = 1e-6  # of its range: an activation as near to its limit as that may rest there
+MOST_IN_LAYER = 4  # most contacts in a layer: all their 16 on-off states are evaluated
+BEYOND = 1e-6  # largest excess of an activation over its limit: rounding at the limit is less
 JOINTS = mujoco.mjtJoint
-ITERATIONS = 60  # of Newton's method; it converges in a few
-# [s] in place of the step, which divides rates of controls
+ITERATIONS = 60  # most iterations of Newton's method, which converges in a few
+# Times [s] in place of the step, by which the rates of some controls are divided
 VANISHING = 2.0**-33
 ENDLESS = 2.0**33
-SLEW_RATES = MappingProxyType({"mjDYN_PID": 1, "mjDYN_DCMOTOR": 7})  # their places in dynprm
-# Coordinates of joints that do not turn by a quaternion; the other kinds have one.
+# Places of the rates in dynprm
+SLEW_RATES = MappingProxyType({"mjDYN_PID": 1, "mjDYN_DCMOTOR": 7})
+# Number of coordinates before the quaternion of a joint. Other kinds have one coordinate and no
+# quaternion.
 STRAIGHT = MappingProxyType({int(JOINTS.mjJNT_FREE): 3, int(JOINTS.mjJNT_BALL): 0})
 _FROM_THE_START = int(mujoco.mjtStage.mjSTAGE_NONE)
 _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 
 
 def without_step(model: Any) -> Any:
-    """The model with forces that do not depend on the step, and a solver that runs to its floor
-    without a warm start; changed in place."""
+    """Returns the model, changed in place so that forces do not depend on the step, and the solver
+    runs to its floor without a warm start."""
     model.opt.timestep, model.actuator_actearly[:] = VANISHING, False
-    return converging(model)
+    return with_converging_solver(model)
 
 
-def converging(model: Any) -> Any:
-    """The model with a solver that runs to its floor without a warm start; changed in place."""
+def with_converging_solver(model: Any) -> Any:
+    """Returns the model, changed in place so that the solver runs to its floor without a warm
+    start."""
     option = model.opt
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    # Never 0, which disables the early exit.
+    # A tolerance of 0 would disable the early exit.
     option.tolerance, option.iterations = 1e-16, ITERATIONS
     option.ls_tolerance, option.ls_iterations = 0.01, 50
     option.ccd_tolerance = min(option.ccd_tolerance, 1e-9)
@@ -54,10 +57,13 @@ def converging(model: Any) -> Any:
 
 
 class ContinuousField:
-    """y' = f(t, y) of a model, y = (qpos, qvel, act), under a control that is held. With a layer of
-    `width` [m] a contact sets in over that depth: f is the mean over the on-off states of the
-    contacts within it, weighted by their depths, whose limit for no width is Filippov's sliding
-    motion. A `drive` gives the control at a time [s], in place of the control that is held."""
+    """The rates y' = f(t, y) of a model, y = (qpos, qvel, act), under a control that is held.
+
+    With a layer of `width` [m] a contact begins over that depth: f is the mean over the on-off
+    states of the contacts within the layer, weighted by their depths. Its limit for a vanishing
+    width is Filippov's sliding motion. A `drive` gives the control at a time [s], in place of the
+    control that is held.
+    """
 
     def __init__(
         self,
@@ -68,7 +74,7 @@ class ContinuousField:
     ) -> None:
         self.model, self.data, self.width, self.drive = model, data, width, drive
         self.places, self.rates = list[int](), list[int]()
-        # Where a quaternion and its angular velocity begin.
+        # Places at which a quaternion and its angular velocity begin
         self.quaternions = list[tuple[int, int]]()
         joints = zip(model.jnt_type, model.jnt_qposadr, model.jnt_dofadr, strict=True)
         for joint, q, v in joints:
@@ -77,18 +83,19 @@ class ContinuousField:
             self.rates += range(v, v + straight)
             if straight != 1:
                 self.quaternions.append((int(q) + straight, int(v) + straight))
-        # Steps hold an activation at its limit, the rates do not: beyond one there is no motion.
+        # Steps keep an activation at its limit, but the rates do not: there is no motion beyond the
+        # limit.
         self.least, self.most = np.full(model.na, -np.inf), np.full(model.na, np.inf)
         for i in np.flatnonzero(model.actuator_actlimited):
             last = model.actuator_actadr[i] + model.actuator_actnum[i] - 1
             self.least[last], self.most[last] = model.actuator_actrange[i]
         self.slewing, self.slew_rates = _slewing(model)
-        # [s] since when; setpoints then
+        # Time [s] since which the control is held, and the setpoints then
         self.held, self.before = 0.0, np.zeros(self.slewing.size)
         self.targets = self.before
 
     def __call__(self, t: float, y: Array) -> Array:
-        """Rates of a state y of shape (n,) at t [s]; raises NotCertifiable."""
+        """Returns the rates of a state y of shape (n,) at t [s]. Raises NotCertifiable."""
         model = self.model
         data = self.data
         nq = self.model.nq
@@ -97,7 +104,8 @@ class ContinuousField:
         if self.drive is not None:
             data.ctrl[:] = self.drive(t)
         if model.na:
-            # Exactly: its rate ends at once where a setpoint arrives, where steps would hover.
+            # The setpoint is computed exactly: its rate ends at once when it arrives, but steps
+            # would oscillate there.
             most = self.slew_rates * (t - self.held)
             setpoints = np.clip(self.targets, self.before - most, self.before + most)
             data.act[self.slewing] = setpoints
@@ -119,15 +127,19 @@ class ContinuousField:
         return out
 
     def _put(self, t: float, y: Array) -> None:
+        """Sets the state and the time [s]."""
         put(self.data, y)
         self.data.time = t
 
     def _sharp(self) -> Array:
+        """Returns the acceleration with contacts that begin at once."""
         mujoco.mj_forwardSkip(self.model, self.data, _FROM_THE_START, 1)
         self._converged()
         return np.array(self.data.qacc)
 
     def _in_layer(self) -> Array:
+        """Returns the acceleration with contacts that begin over a layer: the weighted mean over
+        their on-off states."""
         model = self.model
         data = self.data
         mujoco.mj_fwdPosition(model, data)
@@ -158,12 +170,13 @@ class ContinuousField:
         return total
 
     def _converged(self) -> None:
+        """Raises NotCertifiable if the constraint solver has not converged."""
         data = self.data
         if data.nefc and data.solver_niter[0] >= ITERATIONS:
             raise NotCertifiable(f"the constraint solver stops at {ITERATIONS} iterations")
 
     def hold(self, control: Array, t: float, y: Array) -> None:
-        """Hold a control, shape (actuators,), from the state `y` at `t` [s] on."""
+        """Holds a control, shape (actuators,), from the state `y` at `t` [s] on."""
         model = self.model
         data = self.data
         data.ctrl[:] = control
@@ -171,21 +184,21 @@ class ContinuousField:
             self._put(t, y)
             self.held = t
             self.before = data.act[self.slewing]
-            model.opt.timestep = ENDLESS  # for which no rate is too low
+            model.opt.timestep = ENDLESS  # any setpoint arrives within this time
             mujoco.mj_forward(model, data)
             model.opt.timestep = VANISHING
             self.targets = self.before + ENDLESS * data.act_dot[self.slewing]
 
     def normalised(self, y: Array) -> Array:
-        """The state with quaternions of length one."""
+        """Returns the state with quaternions of length one."""
         scaled = y.copy()
         for q, _ in self.quaternions:
             scaled[q : q + 4] /= np.linalg.norm(scaled[q : q + 4])
         return scaled
 
     def active(self) -> bytes:
-        """Which contacts and limits act in the state of the last call, one that was reached: an
-        event is a change."""
+        """Returns bytes that identify the contacts and limits that act in the state of the last
+        call, a state that the integration has reached. A change of the bytes is an event."""
         data = self.data
         touching = data.contact.geom.tobytes() if data.ncon else b""
         acting: bytes = data.efc_id.tobytes() + (data.efc_force != 0).tobytes() + touching
@@ -193,7 +206,7 @@ class ContinuousField:
 
 
 def _slewing(model: Any) -> tuple[Array, Array]:
-    """Activations of `model` that are setpoints of limited rates, and these rates."""
+    """Returns the activations of `model` that are setpoints of limited rates, and these rates."""
     places = {int(getattr(mujoco.mjtDyn, k, -1)): place for k, place in SLEW_RATES.items()}
     kinds = zip(
         model.actuator_dyntype, model.actuator_actadr, model.actuator_dynprm, strict=True

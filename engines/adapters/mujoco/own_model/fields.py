@@ -1,4 +1,4 @@
-"""The numbers of a compiled model as short texts, so that two models can be held side by side."""
+"""The numbers of a compiled model as short texts, so that two models can be compared."""
 
 from __future__ import annotations
 
@@ -8,27 +8,31 @@ from typing import Any
 
 import numpy as np
 
-SHORT = 12  # numbers that are written out
-KEPT = 2**33  # a change of a number by less than 1e-10 of it is rounding
-# Tables that follow from other fields, and places in the text of all names.
+SHORT = 12  # most numbers of a field that are written out
+KEPT = 2**33  # resolution of the digest: a relative change below 1e-10 is rounding
+# Prefixes of tables that follow from other fields, and of places in the text of all names.
 DERIVED = ("map", "name", "bvh", "oct")
 
 
-def fields(model: Any) -> Mapping[str, str]:
-    """{field: its numbers, or its shape and a digest of them where they are many} of a compiled
-    model, its options first."""
+def field_texts(model: Any) -> Mapping[str, str]:
+    """Returns {field: its numbers, or its shape and a digest of many numbers} of a compiled model,
+    options first."""
     options = {f"opt.{n}": np.asarray(getattr(model.opt, n)) for n in _names(model.opt)}
-    arrays = {n: a for n in _names(model) if isinstance(a := getattr(model, n), np.ndarray)}
-    kept = {n: a for n, a in arrays.items() if a.size and not n.startswith(DERIVED)}
+    values = {name: getattr(model, name) for name in _names(model)}
+    arrays = {name: a for name, a in values.items() if isinstance(a, np.ndarray)}
+    kept = {name: a for name, a in arrays.items() if a.size and not name.startswith(DERIVED)}
     return {name: _text(values) for name, values in (options | kept).items()}
 
 
-def _names(of: Any) -> list[str]:
-    """Attributes; sparse matrices' tables begin with a capital."""
-    return [name for name in dir(of) if name[0].islower()]
+def _names(record: Any) -> list[str]:
+    """Returns the names of attributes without the tables of sparse matrices, which begin with a
+    capital."""
+    return [name for name in dir(record) if name[0].islower()]
 
 
 def _text(values: Any) -> str:
+    """Returns the numbers of a field as text, or their shape and a digest if there are more than
+    SHORT."""
     if values.size <= SHORT:
         return " ".join(f"{value:.10g}" for value in values.ravel())
     if values.dtype.kind == "f":

@@ -47,15 +47,16 @@ from plumbob.engines.own_motion import NotCertifiable
 GEOM = mujoco.mjtObj.mjOBJ_GEOM
 KIND = mujoco.mjtGeom
 SMOOTH = (int(KIND.mjGEOM_CYLINDER), int(KIND.mjGEOM_ELLIPSOID))
-# about the third axis
+# Kinds that are symmetric about their third axis
 SYMMETRIC = (KIND.mjGEOM_SPHERE, KIND.mjGEOM_CAPSULE, KIND.mjGEOM_CYLINDER)
-PATH = 1.5  # bound on the speed within a step over the larger speed at its ends: see above
-CURVED = 2.0  # the same for the acceleration: see above
-TURNED = 0.5  # [rad] within a step: beyond, the ends do not bound the motion between them
-SHALLOW = 1e-9  # [m]: distances are exact to less, and a touch no deeper counts as none
-LOOKS = 4000  # states within a step that the search evaluates at most
+# Ratio of the largest speed within a step to the larger speed at its ends, at most: see above
+PATH = 1.5
+CURVED = 2.0  # ratio of accelerations, likewise
+TURNED = 0.5  # [rad] largest turn within a step at which its ends bound the motion between them
+SHALLOW = 1e-9  # [m] depth of a touch that counts as none: distances are exact to less
+LOOKS = 4000  # most states within a step that the search evaluates
 TINY = np.finfo(float).tiny
-FAR = 1e3  # [m]: the largest distance that is measured
+FAR = 1e3  # [m] largest distance that is measured
 BISECTIONS = 20  # halvings of the time between a state that touches and one that does not
 Motion = Callable[[float], Array]
 """Returns the state at a time [s] within a step."""
@@ -75,11 +76,11 @@ class PairState:
     """Two geoms at a time, and the motion of points of the second in the axes of the first."""
 
     time: float  # [s]
-    distance: float  # [m] less the margin: if it is not positive, they touch
+    distance: float  # [m] distance less the margin; if it is not positive, the geoms touch
     normal: Array  # from the first to the second
     places: Array  # [m] of the points, shape (n, 3)
     velocities: Array  # [m/s] of the points, shape (n, 3)
-    spin: Array  # [rad/s] of the second, without that about an axis of symmetry
+    spin: Array  # [rad/s] of the second, without the spin about an axis of symmetry
     turning: float  # [rad/s] the larger of |spin| and the angular speed of the axes
 
 
@@ -105,7 +106,8 @@ class HiddenTouches:
         self.margins: list[float] = margins.tolist()
         kinds = model.geom_type
         self.radii = np.array(model.geom_rbound)
-        # [m] by which a rotation of 1 rad moves the surface; the second of a pair is never a plane
+        # Displacement of a surface by a rotation of 1 rad [m]. The second geom of a pair is never a
+        # plane.
         levers = np.where(kinds == KIND.mjGEOM_PLANE, np.inf, self.radii)
         self.levers = np.where(kinds == KIND.mjGEOM_SPHERE, 0.0, levers)
         self.symmetric = np.isin(kinds, SYMMETRIC)
@@ -116,7 +118,7 @@ class HiddenTouches:
         self.bodies = np.array(model.geom_bodyid)
         self.roots = model.body_rootid[self.bodies]
         self.travelled = np.zeros(model.ngeom)  # [m] bound on the path of each geom's surface
-        # [m] that the two geoms may travel together before their distance is measured again
+        # Paths [m] of both geoms together up to which their distance need not be measured again
         self.limits = np.zeros(len(pairs))
         self.touching = np.zeros(len(pairs), bool)
         self.last = self._speeds(self._placed(start), 0.0)
@@ -196,8 +198,8 @@ class HiddenTouches:
         )
 
     def _edge(self, row: int, motion: Motion, clear: float, touching: float) -> float:
-        """The time [s] at which a touch begins or ends, rounded into the touch. The pair is clear
-        at the time `clear` [s] and touches at the time `touching` [s]."""
+        """Returns the time [s] at which a touch begins or ends, rounded into the touch. The pair is
+        clear at the time `clear` [s] and touches at the time `touching` [s]."""
         for _ in range(BISECTIONS):
             middle = (clear + touching) / 2.0
             touches = self._pair_at(row, motion, middle).distance <= 0.0
@@ -224,20 +226,20 @@ class HiddenTouches:
             along = pair.places @ pair.normal
             here = pair.distance + along - along.min()
             there = here + displacements @ pair.normal - step * lever * spin
-            if _least(here, there, 4.0 * departures).min() > -SHALLOW:
+            if _least_on_parabola(here, there, 4.0 * departures).min() > -SHALLOW:
                 return True
         return False
 
     def _distance(self, data: Any, row: int) -> tuple[float, Array]:
-        """The distance [m] of a pair less its margin, and the shortest connection [m] from its
-        first geom to its second, shape (3,)."""
+        """Returns the distance [m] of a pair less its margin, and the shortest connection [m] from
+        its first geom to its second, shape (3,)."""
         ends = np.zeros(6)
         first, second = self.pairs[row]
         distance = mujoco.mj_geomDistance(self.model, data, first, second, FAR, ends)
         return distance - self.margins[row], ends[3:] - ends[:3]
 
     def _pair_at(self, row: int, motion: Motion, time: float) -> PairState:
-        """The state of a pair at a time [s] within a step."""
+        """Returns the state of a pair at a time [s] within a step."""
         data = self._placed(motion(time))
         distance, connection = self._distance(data, row)
         first, second = self.pairs[row]
@@ -252,18 +254,18 @@ class HiddenTouches:
             axis = data.geom_xmat[second][2::3]
             spin = spin - (spin @ axis) * axis
         return PairState(
-            time,
-            distance,
-            connection @ axes / _length(connection),
-            places @ axes,
-            velocities @ axes,
-            spin @ axes,
-            max(_length(spin), _length(turn)),
+            time=time,
+            distance=distance,
+            normal=connection @ axes / _length(connection),
+            places=places @ axes,
+            velocities=velocities @ axes,
+            spin=spin @ axes,
+            turning=max(_length(spin), _length(turn)),
         )
 
     def _points(self, geom: int) -> Array:
-        """Points [m] of a geom in its own axes, shape (n, 3). Their convex hull, thickened by a
-        radius, is the geom; a cylinder or ellipsoid has its centre only."""
+        """Returns points [m] of a geom in its own axes, shape (n, 3). Their convex hull, thickened
+        by a radius, is the geom. A cylinder or an ellipsoid has its centre only."""
         model = self.model
         kind = model.geom_type[geom]
         if kind == KIND.mjGEOM_MESH:
@@ -277,8 +279,8 @@ class HiddenTouches:
         return np.outer([-1.0, 1.0], [0.0, 0.0, size[1] * (kind == KIND.mjGEOM_CAPSULE)])
 
     def _velocities(self, data: Any, geom: int) -> tuple[Array, Array]:
-        """The angular velocity [rad/s] of a geom and the velocity [m/s] of its centre, shape (3,)
-        each."""
+        """Returns the angular velocity [rad/s] of a geom and the velocity [m/s] of its centre,
+        shape (3,) each."""
         velocity = np.zeros(6)
         mujoco.mj_objectVelocity(self.model, data, GEOM, geom, velocity, 0)
         return velocity[:3], velocity[3:]
@@ -292,8 +294,8 @@ class HiddenTouches:
         return self.inside
 
     def _speeds(self, data: Any, time: float) -> Speeds:
-        """The speeds of an mjData at a time [s]. The cross product is written out: numpy's takes
-        several times as long for few geoms."""
+        """Returns the speeds of an mjData at a time [s]. The cross product is written out: numpy's
+        takes several times as long for few geoms."""
         w0, w1, w2, v0, v1, v2 = data.cvel[self.bodies].T
         a0, a1, a2 = (data.geom_xpos - data.subtree_com[self.roots]).T
         x = v0 + w1 * a2 - w2 * a1
@@ -305,18 +307,18 @@ class HiddenTouches:
 
 
 def _departures(early: PairState, late: PairState) -> Array:
-    """Bounds on the distances [m] by which the points of a pair leave the straight lines between
-    two states, shape (n,)."""
+    """Returns bounds on the distances [m] by which the points of a pair leave the straight lines
+    between two states, shape (n,)."""
     step = late.time - early.time
     moved = late.places - early.places
     start, end = step * early.velocities, step * late.velocities
-    # h² times the acceleration at either end of the cubic through both
+    # Both are h² times the acceleration of the cubic through both states, at one end each.
     curves = (6.0 * moved - 4.0 * start - 2.0 * end, 6.0 * moved - 2.0 * start - 4.0 * end)
     return np.asarray(CURVED / 8.0 * np.maximum(*map(_lengths, curves)))
 
 
-def _least(begin: Array, end: Array, curves: Array) -> Array:
-    """The least value of begin + (end - begin) x - curves x (1 - x) for x from 0 to 1,
+def _least_on_parabola(begin: Array, end: Array, curves: Array) -> Array:
+    """Returns the least value of begin + (end - begin) x - curves x (1 - x) for x from 0 to 1,
     elementwise."""
     places = (begin - end + curves) / np.maximum(2.0 * curves, TINY)
     x = np.clip(places, 0.0, 1.0)
@@ -324,8 +326,10 @@ def _least(begin: Array, end: Array, curves: Array) -> Array:
 
 
 def _lengths(rows: Array) -> Array:
+    """Returns the lengths of the rows of a matrix."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", rows, rows)))
 
 
 def _length(vector: Array) -> float:
+    """Returns the length of a vector."""
     return math.sqrt(float(vector @ vector))

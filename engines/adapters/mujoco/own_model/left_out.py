@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 import mujoco
@@ -13,14 +14,14 @@ from plumbob.engines.own_motion import Change
 
 BITS = mujoco.mjtDisableBit
 FEW = 5  # solver iterations to try
-LOOSE = 1e-5  # solver tolerance to try, where the model's is smaller
-NEVER = -1e6  # [m] a margin at which a pair never touches
-STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not need them
+LOOSE = 1e-5  # solver tolerance to try, if the model's is smaller
+NEVER = -1e6  # [m] margin at which a pair never touches
+STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # stages of any model, which a motion may not need
 
 
-def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
-    """Features that may be left out of `model`, whose pairs of geoms `met`, smaller number first,
-    are all that touched."""
+def removable_features(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
+    """Yields features that may be removed from `model`. The pairs of geoms `met`, smaller number
+    first, are all pairs that touched."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     yield from _never_touching(model, collides, met)
     disabled = int(model.opt.disableflags)
@@ -37,8 +38,9 @@ def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
         if bits:
             yield Change(name, (("disableflags", (), bits),))
     if not constrained:
-        return  # nothing below has anything to do
-    if large := tuple(np.flatnonzero(collides & (model.geom_condim > 3)).tolist()):
+        return  # the features below act on constraints alone
+    large = tuple(np.flatnonzero(collides & (model.geom_condim > 3)).tolist())
+    if large:
         yield Change("condim above 3", (("geom_condim", large, 3),))
     if model.opt.iterations > FEW:
         yield Change(f"iterations above {FEW}", (("iterations", (), FEW),))
@@ -47,22 +49,23 @@ def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
 
 
 def _never_touching(model: Any, collides: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
-    """Collisions of geoms, and contact pairs, that are not `met`."""
-    touched = {geom for pair in met for geom in pair}
+    """Yields changes without the collisions of geoms, and without the contact pairs, that never
+    touch."""
+    touched = set(chain.from_iterable(met))
     if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        which = (
+        geoms = (
             f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
         )
-        yield Change(f"collisions of {which}", off)
+        yield Change(f"collisions of {geoms}", off)
     pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1).tolist()
-    if apart := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
-        name = f"{len(apart)} contact pairs that never touch"
-        yield Change(name, (("pair_margin", apart, NEVER),))
+    if untouched_pairs := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
+        name = f"{len(untouched_pairs)} contact pairs that never touch"
+        yield Change(name, (("pair_margin", untouched_pairs, NEVER),))
 
 
 def apply(model: Any, left_out: Sequence[Change]) -> None:
-    """Leave out of a compiled `model`, in place."""
+    """Applies changes to a compiled `model`, in place."""
     for change in left_out:
         for field, indices, value in change.sets:
             if indices:
@@ -71,5 +74,5 @@ def apply(model: Any, left_out: Sequence[Change]) -> None:
                 setattr(model.opt, field, value)
             elif value > 0:
                 model.opt.disableflags |= int(value)
-            else:  # the stages are enabled
+            else:  # a negative value enables the stages
                 model.opt.disableflags &= ~-int(value)

@@ -1,4 +1,5 @@
-"""A user's own model made ready for an audit: what it is at its own step, and what is refused."""
+"""A user's own model made ready for an audit: its motion at its own step, and the features that an
+audit refuses."""
 
 from __future__ import annotations
 
@@ -24,24 +25,24 @@ from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urd
 from plumbob.engines.adapters.mujoco.own_model.corners import corners_of
 from plumbob.engines.adapters.mujoco.own_model.field import (
     ContinuousField,
-    converging,
+    with_converging_solver,
     without_step,
 )
-from plumbob.engines.adapters.mujoco.own_model.fields import fields
+from plumbob.engines.adapters.mujoco.own_model.fields import field_texts
 from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
-from plumbob.engines.adapters.mujoco.own_model.places import place
+from plumbob.engines.adapters.mujoco.own_model.places import place_of_weights
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import (
     control_names,
     readings,
-    unlikely,
+    start_warnings,
 )
-from plumbob.engines.adapters.mujoco.own_model.refusals import refused
+from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
     diverged,
-    kind,
+    integrator_number,
     like_start,
 )
 from plumbob.engines.adapters.mujoco.terms import (
@@ -71,11 +72,11 @@ from plumbob.engines.peer_model import Joint, Layout
 from plumbob.models.border import must_be
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
-OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
-# in a file; the others as they are
+OFFERED = ("euler", "implicitfast", "rk4")  # integrators that a user would try
+# Names of integrators in a file; the others are the same there
 WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})
-# Every array of time constants that refsafe raises to two steps, the stage that uses them, and the
-# fields one of which is not 0 where they act; no field: always.
+# Every array of time constants that refsafe raises to two steps, with the stage that uses them, and
+# the fields of which one must not be 0 for the constants to act; without a field they always act.
 TIME_CONSTANTS = MappingProxyType(
     {
         "geom_solref": ("contact", "geom_contype", "geom_conaffinity"),
@@ -92,16 +93,16 @@ TIME_CONSTANTS = MappingProxyType(
 COMPARED = int(mujoco.mjtEnableBit.mjENBL_FWDINV)
 DISCRETE = int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
-SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
+SAFE = 2.0  # shortest time constant that refsafe leaves, in steps
 
 
 @dataclass(frozen=True)
 class MujocoModel:
-    """A user's model, made ready for an audit: contacts clamped as the engine clamps them at its
-    own step, and where it starts."""
+    """A user's model, made ready for an audit: its start, and its contacts clamped as the engine
+    clamps them at the model's own step."""
 
     name: str
-    effective: Any  # the mjModel whose contacts no longer depend on the step
+    effective: Any  # mjModel whose contacts do not depend on the step
     start: Any  # mjData at the start
     step: float
     integrator: str
@@ -110,42 +111,45 @@ class MujocoModel:
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
     fields: Mapping[str, str]
-    refsafe: bool = True  # as the file has it
+    refsafe: bool = True  # whether the file has refsafe on
     drive: Callable[[float], Array] | None = None
-    """The control at a time [s] of the continuous motion, in place of a script's."""
+    """The control of the continuous motion at a time [s], in place of a script's control."""
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """Names of the bodies, numbers where they have none."""
+        """The names of the bodies; the number of a body without a name."""
         return tuple(name_of(self.effective, "body", i) for i in range(self.effective.nbody))
 
     @property
     def state(self) -> Array:
-        """The start: qpos, qvel, act."""
+        """The state at the start: qpos, qvel, act."""
         return state_of(self.start)
 
     @property
     def rest(self) -> Array:
-        """Controls at the start."""
+        """The controls at the start."""
         return np.array(self.start.ctrl)
 
     @property
     def ranges(self) -> Array:
-        """Ranges of the controls, NaN where there is none."""
+        """The ranges of the controls, shape (actuators, 2); NaN for a control without a range."""
         model = self.effective
         limited = np.array(model.actuator_ctrllimited, bool)
         return np.where(limited[:, None], model.actuator_ctrlrange, np.nan)
 
     def option(self, integrator: str, step: float) -> Mapping[str, tuple[str, str]]:
-        """{attribute of the file's options: what it is, what to put in its place} for another
+        """Returns {attribute of the file's options: (its value, its new value)} for another
         integrator and step [s]."""
         now, then = (WRITTEN.get(name, name) for name in (self.integrator, integrator))
-        both = {"timestep": (f"{self.step:.12g}", f"{step:.12g}"), "integrator": (now, then)}
-        return {name: values for name, values in both.items() if values[0] != values[1]}
+        attributes = {
+            "timestep": (f"{self.step:.12g}", f"{step:.12g}"),
+            "integrator": (now, then),
+        }
+        return {name: values for name, values in attributes.items() if values[0] != values[1]}
 
     def softened(self, step: float) -> bool:
         """Whether the engine itself, by refsafe, would soften contacts or limits at a step [s]."""
-        return bool(clamped_for(self._as_stepped(), step)[1])
+        return bool(clamped_model(self._as_stepped(), step)[1])
 
     def _as_stepped(self) -> Any:
         """A copy of `effective`, which has refsafe off, with refsafe on if the file has it on."""
@@ -155,50 +159,53 @@ class MujocoModel:
         return model
 
     @cached_property
-    def _neighbours(self) -> tuple[tuple[Any, Any], ...]:
-        """The model without sensors as `function_stepper` and `stepper` step it, each with its
-        mjData, which all steppers of a kind share: copies of models with textures take long."""
+    def _shared_models(self) -> tuple[tuple[Any, Any], ...]:
+        """The model without sensors for `function_stepper` and for `stepper`, each with its mjData.
+        All steppers of a kind share them, as copies of models with textures take long."""
         model = self._as_stepped()
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        models = (converging(copy.copy(model)), model)
-        return tuple((model, self._begun(model)) for model in models)
+        models = (with_converging_solver(copy.copy(model)), model)
+        return tuple((model, self._new_data(model)) for model in models)
 
     def stepper(self, integrator: str, step: float) -> UserStepper:
-        """Its own steps; contacts as refsafe makes them at each step, where the file has it."""
-        return UserStepper(*self._neighbours[1], self.start, integrator, step)
+        """Returns a stepper of the model. If the file has refsafe on, contacts are as refsafe makes
+        them at each step."""
+        return UserStepper(*self._shared_models[1], self.start, integrator, step)
 
     def function_stepper(self, integrator: str, step: float) -> UserStepper:
-        """Its own steps, whose constraint solver runs to its floor: the state after a step is a
+        """Returns a stepper whose constraint solver runs to its floor: the state after a step is a
         smooth function of the state before it."""
-        return UserStepper(*self._neighbours[0], self.start, integrator, step)
+        return UserStepper(*self._shared_models[0], self.start, integrator, step)
 
     @collected()
     def place(self, state: Array, control: Array, weights: Array) -> Place:
-        """Where most of the `weights` of the tangent space, shape (m,), are in a state."""
-        model, data = self._neighbours[0]
+        """Returns the joint or activation with most of the `weights` of the tangent space, shape
+        (m,), in a state under a control."""
+        model, data = self._shared_models[0]
         put(data, state)
         data.ctrl[:] = control
         mujoco.mj_forward(model, data)
-        return place(model, data, weights)
+        return place_of_weights(model, data, weights)
 
     def field(self, width: float = 0.0) -> ContinuousField:
-        """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
+        """Returns the rates of the continuous motion, with contacts that begin over a layer of
+        `width` [m], if given."""
         model = without_step(copy.copy(self.effective))
-        return ContinuousField(model, self._begun(model), width, self.drive)
+        return ContinuousField(model, self._new_data(model), width, self.drive)
 
     def hidden_touches(self, field: ContinuousField, start: Array) -> HiddenTouches:
-        """A search for touches within the steps of an integration of a `field` of this model from
-        the state `start`."""
-        return HiddenTouches(field.model, field.data, self._begun(field.model), start)
+        """Returns a search for touches within the steps of an integration of a `field` of this
+        model from the state `start`."""
+        return HiddenTouches(field.model, field.data, self._new_data(field.model), start)
 
     @property
     def unchecked(self) -> tuple[str, ...]:
-        """The kinds of its shapes for whose touches within a step nothing searches."""
+        """The kinds of the model's shapes for which touches within a step are not searched."""
         return unmeasured(self.effective)
 
     @property
     def layout(self) -> Layout:
-        """Names of its joints and actuators, and where coordinates are."""
+        """The names of the joints and actuators, and the places of coordinates in a state."""
         model = self.effective
         sizes = np.diff([*model.jnt_dofadr, model.nv]).tolist()
         drawn = np.split(model.qpos0, model.jnt_qposadr[1:])
@@ -211,21 +218,21 @@ class MujocoModel:
         return Layout(tuple(joints), control_names(model), tuple(filter(None, bodies)))
 
     def mechanism(self) -> Mechanism:
-        """Its bodies, joints, shapes and actuators, for an engine to build."""
+        """Returns the bodies, joints, shapes and actuators, for an engine to build."""
         return compiled_mechanism(self.effective)
 
     def terms(self) -> MujocoTerms:
-        """The terms of its equations of motion, in any state."""
-        return MujocoTerms(self.effective, self._begun(self.effective))
+        """Returns the terms of the equations of motion, as a function of the state."""
+        return MujocoTerms(self.effective, self._new_data(self.effective))
 
     @collected()
     def stepped(
         self, script: Script, integrator: str, parts: int, single: bool = False
     ) -> Stepped:
-        """Its own steps, `parts` in a control period; with its state rounded to `single` precision
-        after each, if asked."""
-        model = _set(copy.copy(self.effective), integrator, script.period / parts)
-        data = self._begun(model)
+        """Returns a run of the model's own steps, `parts` in a control period. If `single`, the
+        state is rounded to single precision after each step."""
+        model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
+        data = self._new_data(model)
         put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
         states[0] = script.start
@@ -262,37 +269,39 @@ class MujocoModel:
     def timed(
         self, script: Script, states: Array, integrator: str, parts: int, steps: int
     ) -> TimedPeriods:
-        """The first `steps` of `parts` in each period of `script`, begun at its row of `states`, or
-        where the last one ended if that is no number, for what they cost."""
-        model = _set(copy.copy(self.effective), integrator, script.period / parts)
-        return TimedPeriods(model, self._begun(model), states, script.controls, steps)
+        """Returns steps to be timed: the first `steps` of `parts` in each period of `script`. A
+        period begins at its row of `states`, or where the last period ended if the row is NaN."""
+        model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
+        return TimedPeriods(model, self._new_data(model), states, script.controls, steps)
 
     def recorded(self, policy: Policy, period: float, duration: float) -> Array:
-        """The controls that a policy gives while it runs at its own step for a duration [s], called
-        at the beginning of each period [s], shape (periods, actuators); raises ParameterError."""
+        """Returns the controls that a policy gives while it runs at the model's own step for a
+        duration [s], shape (periods, actuators). The policy is called at the beginning of each
+        period [s]. Raises ParameterError."""
         return recorded(self.effective, copy.copy(self.start), policy, period, duration)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
-        """Features to remove, chosen from its own steps under `script`, each to be tried."""
+        """Returns features to remove, each to be tried, chosen from the model's own steps under
+        `script`."""
         with collected():
-            pairs = (
-                pair for data in self._looks(script) for pair in data.contact.geom.tolist()
-            )
-            met = {tuple(sorted(pair)) for pair in pairs}
-        return tuple(left_out.changes(self.effective, met))
+            met = set[tuple[int, ...]]()
+            for data in self._data_after_steps(script):
+                met |= {tuple(sorted(pair)) for pair in data.contact.geom.tolist()}
+        return tuple(left_out.removable_features(self.effective, met))
 
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]:
-        """Periods and states of its own steps at which something touches."""
+        """Yields the periods and states of the model's own steps at which something touches."""
         with collected():
-            for data in self._looks(script):
+            for data in self._data_after_steps(script):
                 if data.contact.dist.min(initial=1.0) <= 0.0:
                     period = min(int(data.time / script.period), len(script.controls) - 1)
                     yield period, state_of(data)
 
-    def _looks(self, script: Script) -> Iterator[Any]:
-        """The mjData after each own step: its contacts are those at the beginning of the last."""
+    def _data_after_steps(self, script: Script) -> Iterator[Any]:
+        """Yields the mjData after each own step. Its contacts are those at the beginning of that
+        step."""
         model = copy.copy(self.effective)
-        data = self._begun(model)
+        data = self._new_data(model)
         put(data, script.start)
         for control in script.controls:
             data.ctrl[:] = control
@@ -303,18 +312,25 @@ class MujocoModel:
                 yield data
 
     def changed(self, changes: Sequence[Change]) -> MujocoModel:
-        """The model with these left out."""
+        """Returns the model with changes."""
         model = copy.copy(self.effective)
         left_out.apply(model, changes)
         return replace(self, effective=model)
 
-    def _begun(self, model: Any) -> Any:
-        """New data of a model with the mocap poses and the active constraints of the start; its
-        positions and velocities are those of the drawing."""
+    def with_integrators(self, integrators: tuple[str, ...]) -> MujocoModel:
+        """Returns the model with the first of some integrators as its own, and only these to try in
+        a search for the largest step."""
+        return replace(self, integrator=integrators[0], steppable=integrators)
+
+    def _new_data(self, model: Any) -> Any:
+        """Returns new mjData of `model` with the mocap poses and the active constraints of the
+        start; positions and velocities are those of the drawing."""
         return like_start(mujoco.MjData(model), self.start)
 
     @cached_property
     def _corners(self) -> tuple[Array, Array]:
+        """The corner points of the bodies in their own frames [m], shape (corners, 3), and the body
+        of each corner."""
         return corners_of(self.effective)
 
     @property
@@ -323,10 +339,10 @@ class MujocoModel:
         return self._corners[1]
 
     def corners(self, states: Array) -> Array:
-        """Corner points of the bodies [m], shape (len(states), corners, 3): the largest
-        displacement of one is the error of its body, so that its rotation counts, too."""
+        """Returns corner points of the bodies [m], shape (len(states), corners, 3). The largest
+        displacement of a corner is the error of its body, so that its rotation counts, too."""
         model = self.effective
-        data = self._begun(model)
+        data = self._new_data(model)
         offsets, bodies = self._corners
         places = np.full((len(states), len(bodies), 3), np.nan)
         for k, state in enumerate(states):
@@ -338,10 +354,10 @@ class MujocoModel:
         return places
 
     def poses(self, states: Array) -> Array:
-        """Centres of mass of the bodies [m] and their attitudes as quaternions, scalar first, shape
-        (len(states), bodies, 7)."""
+        """Returns the centres of mass of the bodies [m] and their attitudes as quaternions, scalar
+        first, shape (len(states), bodies, 7)."""
         model = self.effective
-        data = self._begun(self.effective)
+        data = self._new_data(self.effective)
         poses = np.full((len(states), model.nbody, 7), np.nan)
         for k, state in enumerate(states):
             if np.isfinite(state[: model.nq]).all():
@@ -353,22 +369,24 @@ class MujocoModel:
 
     @property
     def solids(self) -> tuple[Solid, ...]:
-        """Its geoms, as a replay draws them."""
+        """The geoms of the model, as a replay draws them."""
         return tuple(solids(self.effective, self.start))
 
     def readings(self, states: Array) -> Signals:
-        """Energy [J] and violations of contacts, limits and equalities [m or rad] of states, by
-        name, each of shape (len(states),); what the model cannot have is left out."""
-        return readings(self.effective, self._begun(self.effective), states)
+        """Returns {name: values of shape (len(states),)} of the energy [J] and of violations of
+        contacts, limits and equalities [m or rad], without those that the model cannot have."""
+        return readings(self.effective, self._new_data(self.effective), states)
 
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
-        """Of the numbers that a motion depends on: each "position", "velocity" and "activation" of
-        the start, on its tangent space, and each "control"."""
+        """{kind: names of the numbers of that kind} on which a motion depends. The kinds are
+        "position", "velocity" and "activation" of the start, in its tangent space, and
+        "control"."""
         return derivatives.names(self.effective)
 
     def shifted(self, state: Array, shift: Array) -> Array:
-        """A state moved by positions, velocities and activations of the tangent space."""
+        """Returns a state moved by a shift of positions, velocities and activations in the tangent
+        space."""
         return shifted(self.effective, state, shift)
 
     @property
@@ -377,47 +395,56 @@ class MujocoModel:
         return slice(self.effective.nq + self.effective.nv, None)
 
     def coordinates(self, states: Array, others: Array) -> Array:
-        """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
-        degrees of freedom)."""
+        """Returns the differences of two motions in generalised coordinates [rad or m], shape
+        (len(states), degrees of freedom)."""
         model = self.effective
         both = zip(states, others, strict=True)
         return np.array([apart(model, state, other)[: model.nv] for state, other in both])
 
 
-def _set(model: Any, integrator: str, step: float) -> Any:
-    """The model with an integrator and a step [s], changed in place."""
-    model.opt.timestep, model.opt.integrator = step, kind(integrator)
+def _with_step(model: Any, integrator: str, step: float) -> Any:
+    """Returns the model with an integrator and a step [s], changed in place."""
+    model.opt.timestep, model.opt.integrator = step, integrator_number(integrator)
     return model
 
 
 def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel:
-    """The compiled `model` as an audit needs it, from its `start`; raises
-    ParameterError for a start that it cannot have, NotCertifiable for what no audit can
-    follow."""
+    """Returns the compiled `model` made ready for an audit, from its `start`. Raises ParameterError
+    for a start that is not possible, and NotCertifiable for features that no audit can follow."""
     model = copy.copy(model)
     step = time_step("model", model.opt.timestep, name)
-    refused(model)
-    data = started(model, start)
+    check_continuous(model)
+    data = start_data(model, start)
     numbers = (data.qpos, data.qvel, data.act, data.xipos, data.qacc)
     if not all(np.isfinite(values).all() for values in numbers):
         raise NotCertifiable("at its start something is not a number")
-    effective, clamped = clamped_for(model, step)
-    # Steps from NaN take a thousand times as long: a model that diverges is reset,
-    # which its warnings show.
+    effective, clamped = clamped_model(model, step)
+    # Steps from NaN take a thousand times as long: a model that diverges is reset, and MuJoCo's
+    # warnings show that.
     effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    # a check of MuJoCo's that takes time and does not change the motion
+    # This check of MuJoCo's takes time and does not change the motion.
     effective.opt.enableflags &= ~COMPARED
     integrator = integrator_of(model)
     if integrator not in INTEGRATORS:
         raise NotCertifiable(f"its integrator is {integrator}")
-    refusals = {n: why for n in INTEGRATORS if (why := _refusal(model, n))}
+    reasons = {name: _refusal(model, name) for name in INTEGRATORS}
+    refusals = {name: why for name, why in reasons.items() if why}
     if integrator in refusals:
         raise NotCertifiable(refusals[integrator])
     notes = _notes(model, data) + tuple(
-        f"{n} is not tried: {why}" for n, why in refusals.items()
+        f"{name_of_integrator} is not tried: {why}"
+        for name_of_integrator, why in refusals.items()
     )
-    stepped = tuple(n for n in dict.fromkeys((integrator, *INTEGRATORS)) if n not in refusals)
-    tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n in stepped)
+    steppable = tuple(
+        name_of_integrator
+        for name_of_integrator in dict.fromkeys((integrator, *INTEGRATORS))
+        if name_of_integrator not in refusals
+    )
+    tried_integrators = tuple(
+        name_of_integrator
+        for name_of_integrator in dict.fromkeys((integrator, *OFFERED))
+        if name_of_integrator in steppable
+    )
     refsafe = not model.opt.disableflags & REFSAFE
     return MujocoModel(
         name,
@@ -425,27 +452,27 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
         data,
         step,
         integrator,
-        tried,
-        stepped,
+        tried_integrators,
+        steppable,
         clamped,
         notes,
-        fields(model),
+        field_texts(model),
         refsafe,
     )
 
 
 def model_of_own(model: Any, start: Start) -> MujocoModel:
-    """A user's model, from a file, compiled or with its data, as an audit needs it; raises
-    ParameterError and NotCertifiable."""
+    """Returns a user's model, from a file, compiled or with its data, made ready for an audit.
+    Raises ParameterError and NotCertifiable."""
     ready = own_model(*user_model(model, start))
     if isinstance(model, (str, Path)) and Path(model).suffix != ".mjb":
-        return replace(ready, notes=(*ready.notes, *urdf.notes(Path(model))))
+        return replace(ready, notes=(*ready.notes, *urdf.urdf_notes(Path(model))))
     return ready
 
 
-def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
-    """The mjData of the compiled `model` at its `start`, all positions computed; raises
-    ParameterError."""
+def start_data(model: Any, start: Start = AS_IT_STANDS) -> Any:
+    """Returns the mjData of the compiled `model` at its `start`, with all positions computed.
+    Raises ParameterError, and NotCertifiable if MuJoCo refuses the start."""
     data = mujoco.MjData(model)
     if start.keyframe is not None:
         mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, start.keyframe))
@@ -468,22 +495,24 @@ def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
 
 
 def _refusal(model: Any, integrator: str) -> str:
-    """Why MuJoCo does not step the compiled `model` with an integrator; empty where it does."""
+    """Explains why MuJoCo does not step the compiled `model` with an integrator; empty if it
+    does."""
     flags = model.opt.enableflags
     if integrator == "rk4" and flags & COMPARED and flags & DISCRETE:
         return "MuJoCo compares it with inverse dynamics in discrete time (fwdinv, invdiscrete)"
     other = copy.copy(model)
-    other.opt.integrator = kind(integrator)
+    other.opt.integrator = integrator_number(integrator)
     try:
-        started(other)
+        start_data(other)
     except NotCertifiable as why:
         return str(why)
     return ""
 
 
-def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
-    """A copy whose contacts are those that refsafe makes of the model's at `step` [s], refsafe
-    itself off, so that its motion no longer depends on the step; and how many are changed."""
+def clamped_model(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
+    """Returns a copy with the contacts that refsafe makes of the model's at `step` [s], and the
+    number of changed time constants in each array that acts. refsafe itself is off in the copy, so
+    that its motion does not depend on the step."""
     model = copy.copy(model)
     changed: dict[str, int] = {}
     if model.opt.disableflags & REFSAFE:
@@ -506,6 +535,7 @@ def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
 
 
 def _keyframe(model: Any, keyframe: int | str) -> int:
+    """Returns the number of a keyframe, given by name or number. Raises ParameterError."""
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, str(keyframe))
     if number < 0 and str(keyframe).isdecimal():
         number = int(keyframe)
@@ -517,6 +547,7 @@ def _keyframe(model: Any, keyframe: int | str) -> int:
 
 
 def _notes(model: Any, start: Any) -> tuple[str, ...]:
+    """Returns remarks on disabled stages and on an unlikely `start`."""
     stages = ", ".join(disabled(model.opt.disableflags))
     notes = [f"disabled: {stages}"] if stages else []
-    return (*notes, *unlikely(start))
+    return (*notes, *start_warnings(start))

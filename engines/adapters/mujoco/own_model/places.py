@@ -1,4 +1,5 @@
-"""The joints of a MuJoCo model, and what acts on them: springs, dampers, actuators, contacts."""
+"""The joints of a MuJoCo model, and the parts that act on them: springs, dampers, actuators,
+contacts."""
 
 from __future__ import annotations
 
@@ -14,31 +15,34 @@ from plumbob.engines.adapters.mujoco.model_fields import actuator_count, name_wi
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
 from plumbob.engines.own_motion import Change, Element, Place
 
-WEAKER = 0.8  # of a stiffness, or of a damping
-LONGER = 2.0  # times the time constant of a contact or a limit
+WEAKER = 0.8  # factor on a stiffness or a damping that is weakened
+LONGER = 2.0  # factor on the time constant of a contact or a limit that is softened
 KINDS = mujoco.mjtConstraint
-TOUCHING = int(KINDS.mjCNSTR_CONTACT_FRICTIONLESS)  # the first of the kinds of contacts
+TOUCHING = int(KINDS.mjCNSTR_CONTACT_FRICTIONLESS)  # first of the kinds of contacts
 SLIDES = mujoco.mjtJoint.mjJNT_SLIDE
 
 
-def place(model: Any, data: Any, weights: Array) -> Place:
-    """The joint, or the actuator by its activation, that has most of the `weights` of positions,
-    velocities and activations, in the state of `data`, whose constraints are known."""
+def place_of_weights(model: Any, data: Any, weights: Array) -> Place:
+    """Returns the joint, or the actuator by its activation, with most of the `weights` of
+    positions, velocities and activations, in the state of `data`, whose constraints are
+    computed."""
     nv = model.nv
-    places = weights[:nv] + weights[nv : 2 * nv]
+    by_degree = weights[:nv] + weights[nv : 2 * nv]
     activations = weights[2 * nv :]
-    by_joint = np.bincount(model.dof_jntid, places, model.njnt)
+    by_joint = np.bincount(model.dof_jntid, by_degree, model.njnt)
     if activations.size and activations.max() > by_joint.max():
-        at = np.searchsorted(model.actuator_actadr, int(np.argmax(activations)), "right") - 1
-        return Place(f"activation of {name_with_kind(model, 'actuator', int(at))}")
+        actuator = (
+            np.searchsorted(model.actuator_actadr, int(np.argmax(activations)), "right") - 1
+        )
+        return Place(f"activation of {name_with_kind(model, 'actuator', int(actuator))}")
     joint = int(np.argmax(by_joint))
     degrees = np.flatnonzero(model.dof_jntid == joint).tolist()
-    degree = max(degrees, key=lambda k: places[k])
+    degree = max(degrees, key=lambda k: by_degree[k])
     along = np.eye(nv)[degree]
     inertia = _inertia(model, data, along)
     slides = model.jnt_type[joint] == SLIDES or (len(degrees) == 6 and degree < degrees[3])
     unit = "kg" if slides else "kg m²"
-    on = f" on {inertia:.2g} {unit}"
+    inertia_text = f" on {inertia:.2g} {unit}"
     heavier = tuple(
         ("dof_armature", (k,), float(model.dof_armature[k]) + _rounded(inertia))
         for k in degrees
@@ -46,8 +50,8 @@ def place(model: Any, data: Any, weights: Array) -> Place:
     return Place(
         name_with_kind(model, "joint", joint),
         (
-            *_weaker(model, "stiffness", "jnt_stiffness", (joint,), on),
-            *_weaker(model, "damping", "dof_damping", degrees, on),
+            *_weaker_element(model, "stiffness", "jnt_stiffness", (joint,), inertia_text),
+            *_weaker_element(model, "damping", "dof_damping", degrees, inertia_text),
             *_actuators(model, data, degrees, unit),
             *_constraints(model, data, along),
         ),
@@ -56,21 +60,22 @@ def place(model: Any, data: Any, weights: Array) -> Place:
 
 
 def _inertia(model: Any, data: Any, along: Array) -> float:
-    """The inertia that a force `along` some degrees of freedom acts on, the others free."""
+    """Returns the inertia on which a force `along` some degrees of freedom acts, with the others
+    free."""
     moved = np.zeros((1, model.nv))
     mujoco.mj_solveM(model, data, moved, along[None, :])
     return 1.0 / float(along @ moved[0])
 
 
 def _rounded(value: float) -> float:
-    """A value to one digit, as one would write it."""
+    """Returns a value rounded to one digit, as a person would write it."""
     return float(f"{value:.0e}")
 
 
-def _weaker(
+def _weaker_element(
     model: Any, what: str, field: str, at: Sequence[int], on: str, remedy: Change | None = None
 ) -> Iterator[Element]:
-    """An element with less of the numbers `at` places of a field, where it has any."""
+    """Yields an element with smaller numbers `at` places of a field, if the first is not 0."""
     values = np.ravel(getattr(model, field))[list(at)]
     if values[0] != 0.0:
         name = f"{what} {abs(values[0]):.4g}{on}"
@@ -81,6 +86,7 @@ def _weaker(
 
 
 def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
+    """Yields the stiffness and the damping of the actuators that act on some degrees of freedom."""
     moments = np.zeros((actuator_count(model), model.nv))
     if moments.size:
         rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
@@ -95,26 +101,32 @@ def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iter
         for k, what in enumerate(("kp", "kv"), start=first + 1):
             name = f"{name_with_kind(model, 'actuator', i)} {what}"
             on = f" on {inertia:.2g} {unit}"
-            yield from _weaker(model, name, "actuator_biasprm", (k,), on, remedy)
+            yield from _weaker_element(model, name, "actuator_biasprm", (k,), on, remedy)
 
 
 def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:
-    """Limits, equalities and contacts that act `along` a degree of freedom, softer."""
+    """Yields limits, equalities and contacts that act `along` a degree of freedom, each with a
+    softer version."""
     column = np.zeros(data.nefc)
     mujoco.mj_mulJacVec(model, data, column, along)
     rows = np.flatnonzero(column)
     for kind, i in sorted(set(zip(data.efc_type[rows], data.efc_id[rows], strict=True))):
         if kind == KINDS.mjCNSTR_LIMIT_JOINT:
-            yield _softer(model, "its limit", "jnt_solref", (i,))
+            yield _softer_element(model, "its limit", "jnt_solref", (i,))
         elif kind == KINDS.mjCNSTR_EQUALITY:
-            yield _softer(model, name_with_kind(model, "equality", i), "eq_solref", (i,))
+            yield _softer_element(
+                model, name_with_kind(model, "equality", i), "eq_solref", (i,)
+            )
         elif kind >= TOUCHING and data.contact.geom[i].min() >= 0:
             geoms = data.contact.geom[i]
-            yield _softer(model, f"contact {pair_name(model, geoms)}", "geom_solref", geoms)
+            yield _softer_element(
+                model, f"contact {pair_name(model, geoms)}", "geom_solref", geoms
+            )
 
 
-def _softer(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
-    """A constraint whose `solref` gets a longer time constant, or a smaller stiffness."""
+def _softer_element(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
+    """Returns a constraint with a softer version: a longer time constant in `solref`, or a smaller
+    stiffness."""
     sets = list[tuple[str, tuple[int, ...], float]]()
     for i in map(int, rows):
         constant, damping = getattr(model, field)[i].tolist()
@@ -127,7 +139,7 @@ def _softer(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
 
 
 def _implicit_damping(model: Any) -> Iterator[Change]:
-    """Euler's implicit damping, where the file has it off."""
+    """Yields the change to Euler's implicit damping, if the file has it off."""
     bit = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
     if model.opt.disableflags & bit:
         yield Change("eulerdamp enabled", (("disableflags", (), -bit),))

@@ -16,21 +16,22 @@ from plumbob.models.entry_points import on_stderr
 
 
 def recorded(model: Any, data: Any, policy: Policy, period: float, duration: float) -> Array:
-    """Controls of a compiled `model`, shape (periods, actuators), from its mjData on: `policy` is
-    called with time [s], positions and velocities at the beginning of each `period` [s], the
-    multiple of the model's step that is nearest. Raises ParameterError."""
+    """Returns controls of a compiled `model`, shape (periods, actuators), that `policy` gives from
+    the mjData on. The policy is called with time [s], positions and velocities at the beginning of
+    each `period` [s], rounded to a multiple of the model's step. Raises ParameterError."""
     held = max(1, round(period / model.opt.timestep))
     controls = list[Array]()
     with collected(), on_stderr():
         for _ in range(periods(duration, held * model.opt.timestep)):
             state = float(data.time), np.array(data.qpos), np.array(data.qvel)
-            controls.append(_checked(policy, state, int(model.nu)))
+            controls.append(_checked_control(policy, state, int(model.nu)))
             data.ctrl[:] = controls[-1]
             mujoco.mj_step(model, data, held)
     return np.array(controls)
 
 
-def _checked(policy: Policy, state: tuple[float, Array, Array], count: int) -> Array:
+def _checked_control(policy: Policy, state: tuple[float, Array, Array], count: int) -> Array:
+    """Returns the control that a policy gives in a state, shape (count,). Raises ParameterError."""
     wanted = f"a function of time, qpos and qvel that returns {count} finite numbers"
     name = policy_name(policy)
     with must_be(wanted, "policy", name):

@@ -1,4 +1,4 @@
-"""Readings of a MuJoCo model's states beside its motion: energy, penetration, violations."""
+"""Readings of a MuJoCo model's states: energy, penetration, violations."""
 
 from __future__ import annotations
 
@@ -14,31 +14,32 @@ from plumbob.engines.adapters.mujoco.terms import put
 NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
 KINDS = mujoco.mjtConstraint
 LIMITS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
-DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
+# [m or rad] largest depth of contacts, and excess over limits, that a start is meant to have
+DEEP = 0.01
 
 
 def control_names(model: Any) -> tuple[str, ...]:
-    """A name for each control: its actuator's, with a number where that has several."""
+    """Returns a name for each control: the name of its actuator, with a number if the actuator has
+    several controls."""
     count = actuator_count(model)
     several = getattr(model, "actuator_ctrlnum", np.ones(count, int))
     names = [name_of(model, "actuator", i) for i in range(count)]
-    return tuple(
-        f"{name}[{k}]" if size > 1 else name
-        for name, size in zip(names, several, strict=True)
-        for k in range(size)
-    )
+    controls = list[str]()
+    for name, size in zip(names, several, strict=True):
+        controls += [f"{name}[{k}]" for k in range(size)] if size > 1 else [name] * size
+    return tuple(controls)
 
 
 def pair_name(model: Any, pair: Any) -> str:
-    """The two geoms of a contact by their names."""
+    """Returns the names of the two geoms of a contact."""
     return " – ".join(name_of(model, "geom", i) for i in pair if i >= 0)
 
 
 def readings(model: Any, data: Any, states: Array) -> Signals:
-    """Of each of `states`, shape (n, ...): energy [J], momentum of a model that is free [kg m/s],
-    deepest penetration [m], fastest slip of geoms that touch [m/s], the most by which a joint or
-    tendon exceeds its limit and an equality is missed [m or rad]; only what some state has, NaN
-    where one has none, each of shape (n,)."""
+    """Returns {name: values of shape (n,)} for `states`, shape (n, ...): energy [J], momentum of a
+    free model [kg m/s], deepest penetration [m], fastest slip of geoms that touch [m/s], largest
+    excess of a joint or tendon over its limit, and largest violation of an equality [m or rad]. A
+    reading that is 0 in all states is left out; NaN stands for a state that is not finite."""
     measured = np.full((len(NAMES), len(states)), np.nan)
     free = model.body_subtreemass[0] * (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any()
     for k, state in enumerate(states):
@@ -50,47 +51,59 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
             mujoco.mj_energyVel(model, data)
             mujoco.mj_subtreeVel(model, data)
             momentum = free * np.linalg.norm(data.subtree_linvel[0])
-            depth, beyond = _beyond(data)
-            missed = np.abs(_places(data, KINDS.mjCNSTR_EQUALITY)).max(initial=0.0)
+            depth, beyond = _largest_violations(data)
+            missed = np.abs(_constraint_distances(data, KINDS.mjCNSTR_EQUALITY)).max(
+                initial=0.0
+            )
             measured[:, k] = (
                 data.energy.sum(),
                 momentum,
                 depth,
-                _slip(model, data),
+                _fastest_slip(model, data),
                 beyond,
                 missed,
             )
-    has = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
-    return {name: of for name, of, some in zip(NAMES, measured, has, strict=True) if some}
+    present = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
+    return {
+        name: values
+        for name, values, is_present in zip(NAMES, measured, present, strict=True)
+        if is_present
+    }
 
 
-def unlikely(start: Any) -> tuple[str, ...]:
-    """Warnings about a `start`, an mjData whose constraints are known: geoms deep inside each
-    other, limits far exceeded."""
-    depth, beyond = _beyond(start)
-    what = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
-    what += [f"limits exceeded by {beyond:.2g} m or rad"] if beyond > DEEP else []
-    return (f"it starts with {' and '.join(what)}: is that posture meant?",) if what else ()
+def start_warnings(start: Any) -> tuple[str, ...]:
+    """Returns warnings about a `start`, an mjData whose constraints are computed: geoms deep inside
+    each other, or limits far exceeded."""
+    depth, beyond = _largest_violations(start)
+    warnings = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
+    warnings += [f"limits exceeded by {beyond:.2g} m or rad"] if beyond > DEEP else []
+    return (
+        (f"it starts with {' and '.join(warnings)}: is that posture meant?",)
+        if warnings
+        else ()
+    )
 
 
-def _beyond(data: Any) -> tuple[float, float]:
-    """The deepest penetration [m], and the most by which a limit is exceeded [m or rad]."""
-    return -data.contact.dist.min(initial=0.0), -_places(data, *LIMITS).min(initial=0.0)
+def _largest_violations(data: Any) -> tuple[float, float]:
+    """Returns the deepest penetration [m], and the largest excess over a limit [m or rad]."""
+    return -data.contact.dist.min(initial=0.0), -_constraint_distances(data, *LIMITS).min(
+        initial=0.0
+    )
 
 
-def _places(data: Any, *kinds: Any) -> Array:
-    """Distances [m or rad] of the constraints of some kinds, shape (n,)."""
+def _constraint_distances(data: Any, *kinds: Any) -> Array:
+    """Returns distances [m or rad] of the constraints of some kinds, shape (n,)."""
     return np.asarray(data.efc_pos[np.isin(data.efc_type, kinds)])
 
 
-def _slip(model: Any, data: Any) -> float:
-    """The largest speed [m/s] across the normal of two geoms that touch, 0 where none do."""
+def _fastest_slip(model: Any, data: Any) -> float:
+    """Returns the largest speed [m/s] across the normal of two geoms that touch; 0 if none do."""
     fastest = 0.0
     first = np.zeros((3, model.nv))
     other = np.zeros((3, model.nv))
     for contact in data.contact:
         if contact.dist > 0.0 or contact.geom.min() < 0:
-            continue  # not touching, or of a flex
+            continue  # the geoms do not touch, or one is a flex
         bodies = model.geom_bodyid[contact.geom]
         mujoco.mj_jac(model, data, first, None, contact.pos, bodies[0])
         mujoco.mj_jac(model, data, other, None, contact.pos, bodies[1])

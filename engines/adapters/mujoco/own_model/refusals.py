@@ -14,9 +14,9 @@ from plumbob.engines.own_motion import NotCertifiable
 CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "passive", "sensor")
 
 
-def refused(model: Any) -> None:
-    """Raises NotCertifiable for what has a state, or a use of the step, that no continuous motion
-    has."""
+def check_continuous(model: Any) -> None:
+    """Raises NotCertifiable for a feature with a state, or with a use of the step, that no
+    continuous motion has."""
     option = model.opt
     enabled = mujoco.mjtEnableBit
     set_callbacks = [n for n in CALLBACKS if getattr(mujoco, f"get_mjcb_{n}")() is not None]
@@ -40,7 +40,7 @@ def refused(model: Any) -> None:
 
 
 def _jumps(model: Any) -> bool:
-    """Whether a plugin's activation is set within the first step, however short that is."""
+    """Whether a plugin's activation is set within the first step, however short the step is."""
     if not (model.nplugin and model.na):
         return False
     model = copy.copy(model)

@@ -1,4 +1,5 @@
-"""A free body of a user's model as one rigid piece on a plane: joints locked, all else left out."""
+"""A free body of a user's model as one rigid piece on a plane, with its joints locked and
+everything else removed."""
 
 from __future__ import annotations
 
@@ -14,7 +15,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.own_motion import NotCertifiable
 
-LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal; [m/s^2] of forces
+# Largest sine of the angle between gravity and the plane's normal, and largest force over mass
+# [m/s^2] that counts as none
+LEVEL = 1e-9
 PAIR = ("margin", "gap", "friction", "solref", "solreffriction", "solimp")
 CONTACT = (
     *("condim", "priority", "solmix", "margin", "gap", "contype", "conaffinity"),
@@ -25,36 +28,36 @@ FLOOR, BODY = "floor", "base"
 
 @dataclass(frozen=True)
 class RigidPiece:
-    """The piece as a compiled model whose plane is z = 0, and what it was made of."""
+    """The piece as a compiled model whose plane is z = 0, and its origin in the user's model."""
 
     model: Any  # mjModel: a plane and a free body, whose frame is at its centre of mass
     spec: Any  # MjSpec of it
-    geoms: tuple[str, ...]  # in the user's model, by the numbers of the body's geoms here
+    geoms: tuple[str, ...]  # names in the user's model, by the numbers of the piece's geoms
     body: str
     plane: str
-    plane_number: int  # of its geom in the user's model
-    locked: int  # joints
+    plane_number: int  # number of the plane's geom in the user's model
+    locked: int  # number of locked joints
     inertia: float  # about the vertical [kg m^2]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # forces at the start that are not copied
 
 
 def rigid_piece(
     model: Any, data: Any, body: str | None, friction: float | None = None
 ) -> RigidPiece:
-    """The free body `body`, or the heaviest that a plane can touch, of `model` in the posture of
-    `data`, whose positions are computed, with sliding `friction` in place of its own; raises
-    ParameterError, and NotCertifiable for what cannot be slid on a plane."""
+    """Returns the free body `body` of `model`, or the heaviest that a plane can touch, in the
+    posture of `data`, whose positions are computed, with sliding `friction` in place of its own.
+    Raises ParameterError, and NotCertifiable if the body cannot slide on a plane."""
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
         raise NotCertifiable("the model overrides the settings of every contact")
     root = _free_body(model, body)
     inside = np.flatnonzero(model.body_rootid == root)
-    plane, geoms = _plane(model, data, root)
+    plane, geoms = _plane_and_geoms(model, data, root)
     turn = np.array(data.geom_xmat[plane]).reshape(3, 3)
     gravity = _normal_gravity(model, plane, turn)
     centre = data.subtree_com[root]
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
-    _contact(spec.geoms[0], model, plane)
+    _copy_contact_settings(spec.geoms[0], model, plane)
     inertia = turn.T @ _inertia(data, root) @ turn
     piece = spec.worldbody.add_body(name=BODY, mass=float(model.body_subtreemass[root]))
     piece.add_freejoint()
@@ -64,26 +67,27 @@ def rigid_piece(
     piece.iquat = _quaternion(axes)
     for k, geom in enumerate(geoms):
         _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
-    _pairs(spec, model, plane, geoms)
+    _copy_pairs(spec, model, plane, geoms)
     compiled = _compiled(spec, model, gravity)
     if friction is not None:
         compiled.geom_friction[:, 0] = compiled.pair_friction[:, :2] = friction
-    _on_the_plane(compiled)
+    _lower_to_plane(compiled)
     return RigidPiece(
-        compiled,
-        spec,
-        tuple(name_of(model, "geom", geom) for geom in geoms),
-        name_of(model, "body", root),
-        name_of(model, "geom", plane),
-        plane,
-        int(model.body_jntnum[inside].sum()) - 1,
-        float(inertia[2, 2]),
-        tuple(_left_out(model, data, root, plane)),
+        model=compiled,
+        spec=spec,
+        geoms=tuple(name_of(model, "geom", geom) for geom in geoms),
+        body=name_of(model, "body", root),
+        plane=name_of(model, "geom", plane),
+        plane_number=plane,
+        locked=int(model.body_jntnum[inside].sum()) - 1,
+        inertia=float(inertia[2, 2]),
+        notes=tuple(_forces_left_out(model, data, root, plane)),
     )
 
 
 def _normal_gravity(model: Any, plane: int, turn: Array) -> float:
-    """Gravity along the normal of the plane, which it is along [m/s^2]; raises NotCertifiable."""
+    """Returns gravity along the normal of the plane [m/s^2]. Raises NotCertifiable if gravity is
+    not along the normal."""
     gravity = turn.T @ model.opt.gravity
     if not gravity[2] < 0.0 or np.hypot(*gravity[:2]) > -LEVEL * gravity[2]:
         what = "no gravity" if not gravity.any() else "gravity that is not normal to its plane"
@@ -92,7 +96,8 @@ def _normal_gravity(model: Any, plane: int, turn: Array) -> float:
 
 
 def _compiled(spec: Any, model: Any, gravity: float) -> Any:
-    """The piece with the options of `model` but for drag; raises NotCertifiable."""
+    """Returns the compiled piece with the options of `model` except for drag. Raises
+    NotCertifiable."""
     try:
         compiled = spec.compile()
     except ValueError as error:
@@ -103,18 +108,19 @@ def _compiled(spec: Any, model: Any, gravity: float) -> Any:
     return compiled
 
 
-def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
-    """Names of all that acts on the free joint of the body at the start, and is not copied."""
+def _forces_left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
+    """Yields the names of the forces that act on the free joint of the body at the start and are
+    not copied."""
     if model.opt.density or model.opt.viscosity:
         yield "the medium"
     first = model.body_dofadr[root]
     floor = (data.contact.geom == plane).any(axis=1)
-    own = [
+    own_contact = [
         kind >= int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS) and floor[i]
         for kind, i in zip(data.efc_type, data.efc_id, strict=True)
     ]
     constrained = np.zeros(model.nv)
-    mujoco.mj_mulJacTVec(model, data, constrained, np.where(own, 0.0, 1.0))
+    mujoco.mj_mulJacTVec(model, data, constrained, np.where(own_contact, 0.0, 1.0))
     acting = {
         "passive forces": data.qfrc_passive,
         "forces of actuators": data.qfrc_actuator,
@@ -126,6 +132,8 @@ def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
 
 
 def _free_body(model: Any, name: str | None) -> int:
+    """Returns the number of the named free body, or of the heaviest. Raises ParameterError, and
+    NotCertifiable if there is no free body."""
     free: list[int] = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist()
     if not free:
         raise NotCertifiable("the model has no free body: nothing in it slides on a plane")
@@ -137,13 +145,17 @@ def _free_body(model: Any, name: str | None) -> int:
     )
 
 
-def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
-    """The plane under the body, and the geoms of the body that it can touch."""
+def _plane_and_geoms(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
+    """Returns the plane under the body, and the geoms of the body that it can touch. Raises
+    NotCertifiable."""
     bodies = model.geom_bodyid
     flat = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
     planes = np.flatnonzero(flat & (model.body_weldid[bodies] == 0)).tolist()
-    own = np.flatnonzero(model.body_rootid[bodies] == root).tolist()
-    touching = {plane: [g for g in own if _collide(model, plane, g)] for plane in planes}
+    geoms_of_body = np.flatnonzero(model.body_rootid[bodies] == root).tolist()
+    touching = {
+        plane: [geom for geom in geoms_of_body if _can_touch(model, plane, geom)]
+        for plane in planes
+    }
     reachable = {plane: geoms for plane, geoms in touching.items() if geoms}
     if not reachable:
         raise NotCertifiable("the model has no plane that its free body can touch")
@@ -161,7 +173,8 @@ def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     return plane, reachable[plane]
 
 
-def _collide(model: Any, plane: int, geom: int) -> bool:
+def _can_touch(model: Any, plane: int, geom: int) -> bool:
+    """Whether a plane and a geom can touch."""
     if frozenset((plane, geom)) in _pairs_of(model):
         return True
     bodies = sorted((int(model.geom_bodyid[plane]), int(model.geom_bodyid[geom])))
@@ -174,14 +187,14 @@ def _collide(model: Any, plane: int, geom: int) -> bool:
 
 
 def _pairs_of(model: Any) -> dict[frozenset[int], int]:
-    """{two geoms: number of the contact pair that the model has of them}."""
+    """Returns {two geoms: number of their contact pair} of the model."""
     both = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
     return {frozenset(pair): i for i, pair in enumerate(both)}
 
 
 def _inertia(data: Any, body: int) -> Array:
-    """Of a body and all that hangs on it, about their centre of mass, in the world's axes [kg m^2],
-    shape (3, 3)."""
+    """Returns the inertia of a body and all bodies that hang on it, about their centre of mass, in
+    the world's axes [kg m^2], shape (3, 3)."""
     xx, yy, zz, xy, xz, yz = data.crb[body][:6]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -196,6 +209,8 @@ def _add_geom(
     turn: Array,
     centre: Array,
 ) -> None:
+    """Adds a copy of a geom to the piece, at its place relative to the `centre` of mass, in the
+    axes `turn` of the plane."""
     quaternion = _quaternion(turn.T @ np.array(data.geom_xmat[geom]).reshape(3, 3))
     place = turn.T @ (data.geom_xpos[geom] - centre)
     added = piece.add_geom(
@@ -215,26 +230,30 @@ def _add_geom(
             copied.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     else:
         added.size = model.geom_size[geom]
-    _contact(added, model, geom)
+    _copy_contact_settings(added, model, geom)
 
 
-def _contact(target: Any, model: Any, geom: int) -> None:
+def _copy_contact_settings(target: Any, model: Any, geom: int) -> None:
+    """Copies the contact settings of a geom."""
     for name in CONTACT:
         setattr(target, name, getattr(model, f"geom_{name}")[geom].tolist())
 
 
-def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
+def _copy_pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
+    """Copies the contact pairs of the plane with the geoms."""
     numbers = _pairs_of(model)
     for k, geom in enumerate(geoms):
-        if (i := numbers.get(frozenset((plane, geom)))) is not None:
+        i = numbers.get(frozenset((plane, geom)))
+        if i is not None:
             added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}")
             added.condim = int(model.pair_dim[i])
             for name in PAIR:
                 setattr(added, name, getattr(model, f"pair_{name}")[i])
 
 
-def _on_the_plane(model: Any) -> None:
-    """Lower the piece until it touches, in its posture at the start; changed in place."""
+def _lower_to_plane(model: Any) -> None:
+    """Lowers the piece until it touches, in its posture at the start; changed in place. Raises
+    NotCertifiable if contacts are disabled."""
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
         raise NotCertifiable("no contact with the plane is made: contacts may be disabled")
     near = mujoco.MjData(model)
@@ -249,6 +268,7 @@ def _on_the_plane(model: Any) -> None:
 
 
 def _quaternion(axes: Array) -> Array:
+    """Returns the quaternion, scalar first, of a rotation matrix."""
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
     return quaternion

@@ -1,4 +1,4 @@
-"""The model that MuJoCo steps of a scene, made ready as a user's model is for an audit."""
+"""The model that MuJoCo steps for a scene, made ready for an audit like a user's model."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ from plumbob.models.scene import Case
 def scene_model(
     case: Case, method: Method, step: float
 ) -> tuple[MujocoModel, Callable[[Array], Signals]]:
-    """Returns the model that a method of MuJoCo's steps of a case at `step` [s], and a function of
-    the model's states, shape (n, k), that returns the observables that states show, shape (n,)
+    """Returns the model that a method of MuJoCo's steps for a case at `step` [s], and a function of
+    the model's states, shape (n, k), that returns the observables that states determine, shape (n,)
     each. Raises Unsupported, ParameterError and NotCertifiable."""
     simulation = compiled(case, method, step)
     translation = simulation.translation
     mjmodel = simulation.model
-    mjmodel.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # the continuous motion has none
+    # The continuous motion needs no integrator, but one that is refused would be an error
+    mjmodel.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     start = Start(qpos=translation.qpos.tolist(), qvel=translation.qvel.tolist())
     control = translation.changing_control or translation.control
     model = own_model(mjmodel, case.scene.name, start)

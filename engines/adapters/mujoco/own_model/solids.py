@@ -13,13 +13,13 @@ from plumbob.engines.own_motion import Solid
 
 KIND = mujoco.mjtGeom
 CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
-SHOWN = 3  # groups of geoms that MuJoCo draws by default
-FLOOR = 2.0  # half a side of a plane at most, in extents of the model
+SHOWN = 3  # number of groups of geoms that MuJoCo draws by default
+FLOOR = 2.0  # largest half side of a plane, in extents of the model
 
 
 def solids(model: Any, data: Any) -> Iterator[Solid]:
-    """The solids of the compiled `model` at `data`: of each body the geoms that are drawn, else all
-    of it; a body that is fixed to the world belongs to that."""
+    """Yields the solids of the compiled `model` at `data`: the drawn geoms of each body, or all its
+    geoms if none is drawn. The geoms of a body that is fixed to the world belong to the world."""
     drawn = (model.geom_group < SHOWN) & (model.geom_rgba[:, 3] > 0.0)
     bare = ~np.isin(model.geom_bodyid, model.geom_bodyid[drawn])
     for geom in np.flatnonzero(drawn | bare).tolist():
@@ -34,8 +34,8 @@ def solids(model: Any, data: Any) -> Iterator[Solid]:
 
 
 def _shape(model: Any, geom: int) -> tuple[Array, float]:
-    """Points of a geom in its own frame [m], shape (n, 3), and the radius [m] that thickens their
-    hull; what is neither round nor a mesh is a box."""
+    """Returns points of a geom in its own frame [m], shape (n, 3), and the radius [m] that thickens
+    their hull. A geom that is neither round nor a mesh is a box."""
     kind = model.geom_type[geom]
     size = model.geom_size[geom]
     if kind in (KIND.mjGEOM_SPHERE, KIND.mjGEOM_CAPSULE):  # a sphere has no length

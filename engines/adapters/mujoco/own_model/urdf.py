@@ -6,7 +6,8 @@ from pathlib import Path
 from types import MappingProxyType
 from xml.etree import ElementTree
 
-# {what is dropped: where it stands}; limits of force, friction, damping and mimic are taken over.
+# {name of a dropped part: its place in the file}. Limits of force, friction, damping and mimic are
+# kept.
 DROPPED = MappingProxyType(
     {
         "velocity limits": "joint/limit[@velocity]",
@@ -18,8 +19,9 @@ DROPPED = MappingProxyType(
 )
 
 
-def notes(path: Path) -> tuple[str, ...]:
-    """Remarks on a model file, if it is URDF: what of it is dropped, and which link is fixed."""
+def urdf_notes(path: Path) -> tuple[str, ...]:
+    """Returns remarks on a model file, if it is URDF: the parts that are dropped, and the link that
+    is fixed."""
     root = ElementTree.parse(path).getroot()
     if root.tag != "robot":
         return ()

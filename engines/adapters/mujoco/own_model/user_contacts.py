@@ -1,4 +1,5 @@
-"""A user's body on its plane, under its own contacts and under those of `plumbob settings`."""
+"""A user's body on its plane, under its own contact settings and under those of `plumbob
+settings`."""
 
 from __future__ import annotations
 
@@ -20,14 +21,14 @@ from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.model import (
     MujocoModel,
     own_model,
-    started,
+    start_data,
 )
 from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     FLOOR,
     RigidPiece,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, kind
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, integrator_number
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
@@ -43,16 +44,21 @@ from plumbob.engines.peer_model import rotation
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.trajectory import ByName
 
-SETTLING, LONGEST = 0.5, 5.0  # [s]
-FREE_SETTLING = 1.0  # [s] with joints free
-AT_REST = 1e-4  # [m/s] of any point at a radius of gyration from the centre of mass
-FALLEN = math.radians(15.0)  # a tilt while settling: the body does not stand
-STILL, QUIET = 1e-5, 4  # of the speed at the start, in parts of a run: nothing more happens
-RESTS = 0.01  # of the speed at the start: less is rest
-STABLE = 0.8  # of the largest stiffness at which the body is stable on pasted contacts
-PARTS = 100  # of a run: in none does the body turn by half a revolution
+SETTLING, LONGEST = 0.5, 5.0  # [s] interval between checks for rest, and longest time to rest
+FREE_SETTLING = 1.0  # [s] time in which the whole model settles with its joints free
+# [m/s] largest speed of a body at rest, of any point at a radius of gyration from its centre of
+# mass
+AT_REST = 1e-4
+FALLEN = math.radians(15.0)  # [rad] tilt while settling at which the body does not stand
+# Speed, as a fraction of the speed at the start, and number of parts of a run after which a run
+# ends
+STILL, QUIET = 1e-5, 4
+RESTS = 0.01  # largest speed of rest, as a fraction of the speed at the start
+STABLE = 0.8  # fraction of the largest stiffness at which the body is stable on pasted contacts
+PARTS = 100  # number of parts of a run; in no part does the body turn by half a revolution
+# {integrator: the method with settings for it}
 METHODS = MappingProxyType(
-    {  # whose settings go with an integrator
+    {
         "euler": "mujoco/euler+coulomb",
         "implicitfast": "mujoco/implicitfast+coulomb",
         "rk4": "mujoco/rk4+coulomb",
@@ -61,16 +67,19 @@ METHODS = MappingProxyType(
 
 
 class SettledFloor:
-    """The body as a compiled piece, settled on its plane under certain contacts at some step."""
+    """The body as a compiled piece that has settled on its plane, with contacts of some kind at
+    some step."""
 
     def __init__(self, model: Any, piece: RigidPiece) -> None:
         self.model, self.names, self.data = model, piece.geoms, mujoco.MjData(model)
-        # About the vertical [m].
+        # The radius of gyration [m] is about the vertical.
         self.gyration = math.sqrt(piece.inertia / float(model.body_mass[1]))
         with collected():
             self._settle()
 
     def _settle(self) -> None:
+        """Lets the body come to rest, and reads its contacts there. Raises NotCertifiable if it
+        diverges, falls over or does not come to rest."""
         model = self.model
         data = self.data
         count = max(1, round(SETTLING / model.opt.timestep))
@@ -91,7 +100,7 @@ class SettledFloor:
         mujoco.mj_forward(model, data)
         self.begun = np.array(data.qpos)
         contacts = data.contact
-        # Where they then are, relative to the centre of mass [m], shape (n, 3).
+        # Contact points at rest relative to the centre of mass [m], shape (n, 3)
         self.points = contacts.pos.reshape(-1, 3) - data.qpos[:3]
         geoms = contacts.geom.reshape(-1, 2).max(axis=1)  # the plane is geom 0
         self.touching = [self.names[geom - 1] for geom in geoms]
@@ -99,17 +108,21 @@ class SettledFloor:
         self.frictions, self.dimensions = np.array(contacts.friction), np.array(contacts.dim)
 
     def _speed(self) -> float:
+        """Returns the largest speed [m/s] of a point at a radius of gyration from the centre of
+        mass."""
         velocity = self.data.qvel
         turning = self.gyration * np.linalg.norm(velocity[3:])
         return float(np.linalg.norm(velocity[:3]) + turning)
 
     def _begin(self) -> None:
+        """Puts the body at rest where it has settled."""
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:] = self.begun
 
     def _run(self, duration: float, parts: int, still: float) -> tuple[Array, float]:
-        """Positions at the beginning and the ends of `parts` of a `duration` [s], shape (n, 7), up
-        to where the body has been slower than `still` [m/s] for a while, and its last speed."""
+        """Returns the positions at the beginning and at the ends of `parts` of a `duration` [s],
+        shape (n, 7), and the last speed [m/s]. The run ends early once the body has been slower
+        than `still` [m/s] for QUIET parts."""
         count = math.ceil(duration / parts / self.model.opt.timestep)
         places = [np.array(self.data.qpos)]
         speeds = [math.inf] * QUIET
@@ -121,42 +134,44 @@ class SettledFloor:
         return np.array(places), speeds[-1]
 
     def slide(self, heading: float, speed: float, spin: float, duration: float) -> Slide:
-        """Let it go at `speed` [m/s] along `heading` [rad], turning at `spin` [rad/s], for
-        `duration` [s]."""
+        """Returns the slide of the body that begins at `speed` [m/s] along `heading` [rad], turning
+        at `spin` [rad/s], for `duration` [s]."""
         self._begin()
-        way = np.array([math.cos(heading), math.sin(heading)])
-        self.data.qvel[:2] = speed * way
+        direction = np.array([math.cos(heading), math.sin(heading)])
+        self.data.qvel[:2] = speed * direction
         self.data.qvel[5] = spin
-        fast = speed + self.gyration * abs(spin)
-        places, slow = self._run(duration, PARTS, STILL * fast)
+        first_speed = speed + self.gyration * abs(spin)
+        places, last_speed = self._run(duration, PARTS, STILL * first_speed)
         axes = rotation(places[:, 3:])
         yaws = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
         return Slide(
-            float(places[-1, :2] @ way), float(yaws[-1] - yaws[0]), slow < RESTS * fast
+            float(places[-1, :2] @ direction),
+            float(yaws[-1] - yaws[0]),
+            last_speed < RESTS * first_speed,
         )
 
     def drift(self, heading: float, acceleration: float, duration: float) -> float:
-        """Speed [m/s] over the second half of `duration` [s] under a horizontal force through the
-        centre of mass, of `acceleration` [m/s^2] times the mass."""
+        """Returns the speed [m/s] over the second half of `duration` [s] under a horizontal force
+        through the centre of mass, of `acceleration` [m/s^2] times the mass."""
         self._begin()
-        weight = float(self.model.body_mass[1])
-        way = np.array([math.cos(heading), math.sin(heading)])
-        self.data.xfrc_applied[1, :2] = weight * acceleration * way
+        mass = float(self.model.body_mass[1])
+        direction = np.array([math.cos(heading), math.sin(heading)])
+        self.data.xfrc_applied[1, :2] = mass * acceleration * direction
         places, _ = self._run(duration, 2, 0.0)
-        apart = places[2, :2] - places[1, :2]
-        return float(np.linalg.norm(apart) / (self.data.time / 2.0))
+        displacement = places[2, :2] - places[1, :2]
+        return float(np.linalg.norm(displacement) / (self.data.time / 2.0))
 
 
 def own_contacts(
     model: Any, start: Start, body: str | None, friction: float | None
 ) -> MujocoContacts:
-    """The free body `body`, or the heaviest, of a user's `model` on its plane, in the posture
-    of its `start`, with sliding `friction` in place of its own; raises ParameterError and
+    """Returns the free body `body`, or the heaviest, of a user's `model` on its plane, in the
+    posture of its `start`, with sliding `friction` in place of its own. Raises ParameterError and
     NotCertifiable."""
     model, name, start = user_model(model, start)
     time_step("model", model.opt.timestep, name)
     with collected():
-        data = started(model, start)
+        data = start_data(model, start)
         piece = rigid_piece(model, data, body, friction)
         return MujocoContacts(
             **vars(piece), name=name, whole=model, start=start, friction=friction
@@ -165,12 +180,13 @@ def own_contacts(
 
 @dataclass(frozen=True)
 class MujocoContacts(RigidPiece):
-    """A user's body with its own contacts, and with those of `plumbob settings`."""
+    """A user's body with its own contact settings, and with those of `plumbob settings`."""
 
     name: str
-    whole: Any  # mjModel that the piece is of
+    whole: Any  # mjModel of the whole model
     start: Start
-    friction: float | None  # in place of the model's own
+    # Sliding friction in place of the model's own; None: the model's own
+    friction: float | None
 
     @property
     def step(self) -> float:
@@ -184,17 +200,18 @@ class MujocoContacts(RigidPiece):
 
     @property
     def method(self) -> str:
-        """The method whose settings are pasted; semi-implicit Euler's for an integrator with no
-        settings."""
+        """The method whose settings are pasted. An integrator without settings gets those of
+        semi-implicit Euler."""
         return METHODS.get(self.integrator, METHODS["euler"])
 
     @cached_property
     def _settled(self) -> SettledFloor:
+        """The body as it rests on its own contacts at its own step."""
         return self.own(self.step)
 
     @cached_property
     def standing(self) -> Standing:
-        """The body as it rests under its own contacts; raises NotCertifiable."""
+        """The body as it rests on its own contacts. Raises NotCertifiable."""
         floor = self._settled
         friction = floor.frictions
         dimensions = floor.dimensions
@@ -204,72 +221,76 @@ class MujocoContacts(RigidPiece):
             raise NotCertifiable("friction has two coefficients, one for each direction")
         moments = (dimensions > 3) & (friction[:, 2] > 0.0)
         return Standing(
-            self.body,
-            self.plane,
-            float(self.model.body_mass[1]),
-            self.inertia,
-            -float(self.model.opt.gravity[2]),
-            floor.feet,
-            floor.points[:, :2],
-            -float(floor.points[:, 2].mean()),
-            tuple(friction[:, 0].tolist()),
-            bool(moments.any()),
-            self.locked,
+            body=self.body,
+            plane=self.plane,
+            mass=float(self.model.body_mass[1]),
+            inertia=self.inertia,
+            gravity=-float(self.model.opt.gravity[2]),
+            feet=floor.feet,
+            points=floor.points[:, :2],
+            height=-float(floor.points[:, 2].mean()),
+            friction=tuple(friction[:, 0].tolist()),
+            torsion=bool(moments.any()),
+            locked=self.locked,
         )
 
     def let_go(self, speed: float) -> tuple[MujocoModel, int, Array]:
-        """The whole model with its joints free, after it has settled under the controls of its
-        start, let go at `speed` [m/s] along the plane's x axis; the number of its body, and that
-        axis, shape (3,). Raises NotCertifiable."""
+        """Returns the whole model at `speed` [m/s] along the plane's x axis, with its joints free,
+        after it has settled under the controls of its start; the number of its body; and that axis,
+        shape (3,). Raises NotCertifiable."""
         model = copy.copy(self.whole)
         if model.na:
             raise NotCertifiable("actuators have states of their own")
         if self.friction is not None:
             model.geom_friction[:, 0] = model.pair_friction[:, :2] = self.friction
         with collected():
-            data = started(model, self.start)
+            data = start_data(model, self.start)
             mujoco.mj_step(model, data, round(FREE_SETTLING / model.opt.timestep))
         if diverged(data):
             raise NotCertifiable(f"the whole model diverges within {FREE_SETTLING:g} s at rest")
         body = model.body(self.standing.body).id
-        way = data.geom_xmat[self.plane_number].reshape(3, 3)[:, 0].copy()
+        axis = data.geom_xmat[self.plane_number].reshape(3, 3)[:, 0].copy()
         data.qvel[:] = 0.0
         first = model.body_dofadr[body]
-        data.qvel[first : first + 3] = speed * way
+        data.qvel[first : first + 3] = speed * axis
         start = replace(self.start, qpos=data.qpos, qvel=data.qvel)
-        return own_model(model, self.name, start), body, way
+        return own_model(model, self.name, start), body, axis
 
     def frictions(self) -> ByName:
         """{foot: friction coefficient}."""
         return dict(zip(self._settled.touching, self.standing.friction, strict=True))
 
     def own(self, step: float) -> SettledFloor:
-        """On its own contacts at `step` [s]; raises NotCertifiable where it does not settle."""
+        """Returns the body on its own contacts at `step` [s]. Raises NotCertifiable if it does not
+        settle."""
         model = copy.copy(self.model)
         model.opt.timestep = step
         return SettledFloor(model, self)
 
     def pasted(self, step: float) -> SettledFloor:
-        """On the pasted contacts, written for `step` [s]; raises NotCertifiable likewise."""
+        """Returns the body on the pasted contacts, written for `step` [s]. Raises NotCertifiable if
+        it does not settle."""
         return SettledFloor(self._pasted(step, self.stiffness), self)
 
     @cached_property
     def stiffness(self) -> float:
-        """Natural frequency of one pasted contact times the step, at which the body is stable."""
+        """The natural frequency of one pasted contact times the step, chosen so that the body is
+        stable."""
         ratio = frequency_ratio(self._pasted(self.step, OWN_STIFFNESS))
-        most = math.sqrt(4 * DAMPING**2 + 4.0 / ratio) - 2 * DAMPING
-        wanted = STABLE * most
-        digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)
-        return min(OWN_STIFFNESS, math.floor(wanted / digits) * digits)
+        largest = math.sqrt(4 * DAMPING**2 + 4.0 / ratio) - 2 * DAMPING
+        stable = STABLE * largest
+        digits = 10.0 ** (math.floor(math.log10(stable)) - 1)
+        return min(OWN_STIFFNESS, math.floor(stable / digits) * digits)
 
     def _pasted(self, step: float, stiffness: float) -> Any:
-        """The piece with the settings of the method, as they are pasted into MJCF alone."""
+        """Returns the compiled piece with the settings of the method, as they are pasted into MJCF
+        alone."""
         spec = self.spec.copy()
-        named = find_method(self.method)
+        method = find_method(self.method)
         frictions = self.frictions()
         for pair in list(spec.pairs):
             spec.delete(pair)
-        fields = own_pair(named, step, 1.0, stiffness)
+        fields = own_pair(method, step, 1.0, stiffness)
         for k, name in enumerate(self.geoms):
             if name in frictions:
                 added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}", condim=3)
@@ -279,7 +300,7 @@ class MujocoContacts(RigidPiece):
         model = spec.compile()
         model.opt = self.model.opt
         model.opt.timestep = step
-        model.opt.integrator = kind(named.settings["integrator"])
+        model.opt.integrator = integrator_number(method.settings["integrator"])
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.impratio, model.opt.tolerance = REGULARISATION_RATIO, TOLERANCE
         model.qpos0[:] = self._settled.begun
@@ -287,23 +308,25 @@ class MujocoContacts(RigidPiece):
 
     @cached_property
     def _settings(self) -> Settings:
+        """The settings of `plumbob settings` for the body."""
         friction = next(iter(self.frictions().values()))
         return settings(find_method(self.method), self.step, self.stiffness, friction)
 
     @property
     def first_order(self) -> float | None:
-        """Error of a stopping distance over the speed that is predicted for the pasted contacts at
-        the own step [s], of first order in the step; None where none is."""
+        """The predicted error of a stopping distance on the pasted contacts over the speed [s], at
+        the model's own step, to first order in the step; None if there is no prediction."""
         return self._settings.stop_error_per_speed
 
     @property
     def overshoot(self) -> float:
-        """Largest change of a load on the pasted contacts after a sudden force, over the change at
-        which it settles; of one contact; the body's modes are damped more."""
+        """The largest change of a load on the pasted contacts after a sudden force, over the change
+        at which the load settles, for one contact. The modes of the body are damped more."""
         return 1.0 + math.exp(-math.pi * DAMPING / math.sqrt(1.0 - DAMPING**2))
 
     def snippet(self) -> str:
-        """Contact settings to paste for the model's own step, its feet by their names."""
+        """Returns contact settings to paste for the model's own step, with its feet by their
+        names."""
         pairs = (
             f'  <pair geom1="{self.plane}" geom2="{foot}" friction="{mu:g} {mu:g}"/>'
             for foot, mu in self.frictions().items()

@@ -14,12 +14,12 @@ from plumbob.engines.adapters.mujoco.transition import difference
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.stepper import State, StepDerivatives
 
-# MuJoCo's warnings of positions, velocities and accelerations without bounds
+# MuJoCo's warnings that positions, velocities or accelerations have no bounds
 _BAD = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 
 
-def kind(integrator: str) -> Any:
-    """MuJoCo's number of an integrator."""
+def integrator_number(integrator: str) -> Any:
+    """Returns MuJoCo's number of an integrator."""
     return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
 
 
@@ -29,7 +29,8 @@ def diverged(data: Any) -> bool:
 
 
 def like_start(data: Any, start: Any) -> Any:
-    """The mjData `data` with the mocap poses and the active constraints of another, `start`."""
+    """Returns the mjData `data` with the mocap poses and the active constraints of another,
+    `start`."""
     if data.mocap_pos.size:
         data.mocap_pos[:] = start.mocap_pos
         data.mocap_quat[:] = start.mocap_quat
@@ -38,32 +39,32 @@ def like_start(data: Any, start: Any) -> Any:
 
 
 class UserStepper(MujocoStepper):
-    """A model that several steppers share, with its mjData: each sets its integrator and its step
-    as it is put, and is done before another is put."""
+    """Steps a model that several steppers share with its mjData. Each stepper sets its integrator
+    and its step when it is put; its steps end before another is put."""
 
     alarms = _BAD
     own_way = "transition"
 
     def __init__(self, model: Any, data: Any, start: Any, integrator: str, step: float) -> None:
-        """With the mocap poses and the active constraints of the mjData `start`."""
+        """Takes the mocap poses and the active constraints of the mjData `start`."""
         super().__init__(model, data)
         self._start = start
-        self._integrator, self._step = kind(integrator), step
+        self._integrator, self._step = integrator_number(integrator), step
 
     @property
     def step(self) -> float:
-        """[s]"""
+        """The time step [s]."""
         return self._step
 
     def put(self, state: State, time: float = 0.0) -> None:
-        """Set the state, at a time [s]; the solver begins as in a new model."""
+        """Sets the state, at a time [s]. The solver begins as in a new model."""
         self.model.opt.timestep, self.model.opt.integrator = self._step, self._integrator
         super().put(state, time)
         like_start(self.data, self._start)
 
     def own_step_derivatives(self, controls: Array) -> Iterator[StepDerivatives]:
-        """The derivatives of each step under `controls` by `mjd_transitionFD`, as that step is
-        taken; raises NotCertifiable if MuJoCo has none, or the run diverges."""
+        """Yields the derivatives of each step under `controls` by `mjd_transitionFD`, while the
+        step is taken. Raises NotCertifiable if MuJoCo has none, or the run diverges."""
         if self.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
             raise NotCertifiable("mjd_transitionFD refuses RK4")
         steps = self.derivatives_of_steps(controls, difference(self.model))
