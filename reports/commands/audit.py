@@ -28,10 +28,14 @@ from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
-from plumbob.reports.commands import several_audits
-from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.own_file import controls_of
-from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
+from plumbob.reports.commands.arguments import several_audits, values
+from plumbob.reports.commands.arguments.model_file import controls_of
+from plumbob.reports.commands.arguments.several_audits import (
+    Row,
+    model_files,
+    page_names,
+    refused,
+)
 from plumbob.reports.view.audit.page import answered, lines, page, rows
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding

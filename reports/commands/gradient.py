@@ -20,9 +20,9 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.budget import certify
-from plumbob.reports.commands.own_file import described, is_file, motion
-from plumbob.reports.commands.stability import measured
+from plumbob.reports.commands.arguments.budget import certify
+from plumbob.reports.commands.arguments.model_file import described, is_file, motion
+from plumbob.reports.commands.arguments.searches import search_study
 from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected_searches
 from plumbob.reports.view.tables import table
@@ -49,7 +49,7 @@ def command(chosen: argparse.Namespace) -> int:
         case = case_of(find_scene(chosen.scene, changed))
         certify(case, chosen.at or case.scene.duration, chosen.budget)
         searches = [s for method in methods for s in _searches(chosen, case, method, changed)]
-        judged = list(study_gradients(measured(chosen, methods, searches)))
+        judged = list(study_gradients(search_study(chosen, methods, searches)))
     records = [of.record() for of in judged]
     shown = aligned(table("gradients", records=records))
     values.show(chosen, records, "gradient", rows=shown, judged=judged)

@@ -24,8 +24,8 @@ from plumbob.engines.workers import spent
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.budget import certify
-from plumbob.reports.commands.own_file import described, is_file, motion
+from plumbob.reports.commands.arguments.budget import certify
+from plumbob.reports.commands.arguments.model_file import described, is_file, motion
 
 if TYPE_CHECKING:
     from plumbob.engines.audit.reference import Certificate

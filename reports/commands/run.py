@@ -19,10 +19,10 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import run_record
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.budget import certify
 from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import own_method
-from plumbob.reports.commands.budget import certify
-from plumbob.reports.commands.own_file import described, is_file, motion
+from plumbob.reports.commands.arguments.model_file import described, is_file, motion
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 

@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engine_of, installed
@@ -15,7 +14,8 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.own_file import OF_FILES, described, is_file, motion
+from plumbob.reports.commands.arguments.model_file import OF_FILES, described, is_file, motion
+from plumbob.reports.commands.arguments.searches import search_study
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 from plumbob.reports.view.own_files import replaceable
@@ -24,12 +24,10 @@ from plumbob.reports.view.terminal import aligned
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
-    from plumbob.engines.study.request import RunRequest
     from plumbob.engines.study.results import Study
     from plumbob.models.scene import Scene
 
 INCOMPLETE = 3
-FILE = "stability.sqlite3"
 BUDGET = 60.0  # [s] of processor time for a model file
 OF_SCENES = ("long", "step", "jobs", "out")  # options that no model file has
 
@@ -119,34 +117,7 @@ def _measured(
     if not searches:
         given = ",".join(chosen.method) or None
         raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
-    return measured(chosen, methods, searches, chosen.out)
-
-
-def measured(
-    chosen: argparse.Namespace,
-    methods: Sequence[Method],
-    searches: Sequence[RunRequest[Any]],
-    out: str | None = None,
-) -> Study:
-    """A study of these searches, and of nothing else, kept in the folder `out`; raises
-    ParameterError."""
-    from plumbob.engines.study.checkpoint import measured_into
-    from plumbob.engines.study.runner import run_study
-    from plumbob.reports.commands.arguments.console import note, progress, writable_folder
-
-    jobs = min(chosen.jobs or os.cpu_count() or 1, len(searches))
-    file = writable_folder("out", Path(out)) / FILE if out else None
-    with measured_into(file, note=note) as kept, progress() as show:
-        return run_study(
-            (),
-            methods,
-            jobs=jobs,
-            progress=show,
-            timed=False,
-            requests=lambda plan: searches,
-            command=chosen.line,
-            kept=kept,
-        )
+    return search_study(chosen, methods, searches, chosen.out)
 
 
 def _judged(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
