@@ -15,6 +15,6 @@ def command(chosen: argparse.Namespace) -> int:
     for system in systems().values():
         for source in dict.fromkeys(scene.source for scene in system.scenes):
             titles.setdefault(source, []).append(system.title)
-    for source, those in titles.items():
-        print(f"\n{'; '.join(those)}:\n  {source}")
+    for source, cited_by in titles.items():
+        print(f"\n{'; '.join(cited_by)}:\n  {source}")
     return 0

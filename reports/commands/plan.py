@@ -62,50 +62,56 @@ def command(chosen: argparse.Namespace) -> int:
     parameters = {**changes, "to": chosen.to, "track": chosen.track}
     if (chosen.method is None) != (chosen.step is None):
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
-    measured = None
+    run = None
     with values.representable(changes or {"to": chosen.to}):
-        found = requested_plan({**CHECK, **parameters})
-        answer = described(found)
+        plan = requested_plan({**CHECK, **parameters})
+        answer = plan_record(plan)
         if chosen.method:
             scene = find_scene(SYSTEM, parameters)
             method = find_method(chosen.method)
-            measured = run_plan(found, scene, method, chosen.step)
+            run = run_plan(plan, scene, method, chosen.step)
         if chosen.other:
             known(chosen.other, BODY)
-            body = capsule({**asdict(found.capsule), **chosen.other})
-            answer["on"] = _misses(replace(found, capsule=body))
-    if measured is not None:
-        answer["method"] = measured_data(found, measured)
+            body = capsule({**asdict(plan.capsule), **chosen.other})
+            answer["on"] = _end_errors(replace(plan, capsule=body))
+    if run is not None:
+        answer["method"] = run_record(plan, run)
     values.show(chosen, answer, "plan", **{"method": None, "on": None, **answer})
-    return MISSING if measured is not None and measured.found.status == "missing" else 0
+    engine_missing = run is not None and run.measurement.status == "missing"
+    return MISSING if engine_missing else 0
 
 
-def described(found: Plan) -> dict[str, Any]:
+def plan_record(plan: Plan) -> dict[str, Any]:
     """A plan as plain data."""
     return {
-        "start": found.start,
-        "goal": found.goal,
-        "track": found.track,
-        "legs": found.legs if found.track == "curve" and not found.segments else None,
-        "segments": found.segments,
-        "arc": found.arc if found.track == "curve" else None,
-        "one_curve": found.rails.joined,
-        "limits": found.limits,
-        "parameters": found.capsule,
-        "total_time": found.duration,
-        "turns": found.turns,
-        "lines": found.lines,
+        "start": plan.start,
+        "goal": plan.goal,
+        "track": plan.track,
+        "legs": plan.legs if plan.track == "curve" and not plan.segments else None,
+        "segments": plan.segments,
+        "arc": plan.arc if plan.track == "curve" else None,
+        "one_curve": plan.rails.joined,
+        "limits": plan.limits,
+        "parameters": plan.capsule,
+        "total_time": plan.duration,
+        "turns": plan.turns,
+        "lines": plan.lines,
         "manoeuvres": [
-            {name: getattr(m, name) for name in ("kind", "start", "duration", "parameters")}
-            for m in found.manoeuvres
+            {
+                "kind": manoeuvre.kind,
+                "start": manoeuvre.start,
+                "duration": manoeuvre.duration,
+                "parameters": manoeuvre.parameters,
+            }
+            for manoeuvre in plan.manoeuvres
         ],
-        "reached": found.reached,
-        **_misses(found),
-        "drive": plane_demand(found.motion).facts(),
+        "reached": plan.reached,
+        **_end_errors(plan),
+        "drive": plane_demand(plan.motion).facts(),
     }
 
 
-def _misses(plan: Plan) -> dict[str, float]:
+def _end_errors(plan: Plan) -> dict[str, float]:
     """How far from its goal the plan's motion of the slider ends."""
     distance, angle = plan.error
     return {"position_error": distance, "heading_error": angle}
@@ -115,37 +121,46 @@ def _misses(plan: Plan) -> dict[str, float]:
 class PlanRun:
     """A plan run open-loop: its measurement, and the error of the pose after each manoeuvre."""
 
-    found: Measurement
+    measurement: Measurement
     judgement: Judgement
-    after: Array  # shape (manoeuvres, 3), as pose_errors has them; empty where it did not end
+    # [m, m, rad] errors of the pose after each manoeuvre, shape (manoeuvres, 3); shape (0, 3) if
+    # the run did not reach its end.
+    errors_after: Array
 
 
 def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
     """Run `plan`, which is that of `scene`, with `step` [s] to its end. Raises ParameterError."""
     case = case_of(replace(scene, duration=run_duration(plan, step)))
-    found, run = measure(case, method, step)
-    judgement = judge(found, case.system, method)
-    if run is None or found.status != "done":
-        return PlanRun(found, judgement, np.empty((0, 3)))
-    return PlanRun(found, judgement, pose_errors(plan, case.reference, run))
+    measurement, run = measure(case, method, step)
+    judgement = judge(measurement, case.system, method)
+    errors_after = np.empty((0, 3))
+    if run is not None and measurement.status == "done":
+        errors_after = pose_errors(plan, case.reference, run)
+    return PlanRun(measurement, judgement, errors_after)
 
 
-def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
+def run_record(plan: Plan, run: PlanRun) -> dict[str, Any]:
     """An engine's run of a plan, as plain data."""
-    measured = run.found
+    measurement = run.measurement
     return {
-        "name": measured.method,
-        "step": measured.step,
-        "status": measured.status,
-        "reason": measured.reason,
+        "name": measurement.method,
+        "step": measurement.step,
+        "status": measurement.status,
+        "reason": measurement.reason,
         "verdict": run.judgement.verdict,
-        "errors_at_end": {name: error.end for name, error in measured.errors.items()},
+        "errors_at_end": {name: error.end for name, error in measurement.errors.items()},
         "predicted_at_end": {
             name: error.predicted.end
-            for name, error in measured.errors.items()
+            for name, error in measurement.errors.items()
             if error.predicted
         },
-        "allowed": {name: error.left_open for name, error in measured.errors.items()},
-        "off_after": [None if np.isnan(off).any() else named(off) for off in run.after],
-        "arising": {kind: named(off) for kind, off in by_kind(plan, run.after).items()},
+        "allowed": {name: error.left_open for name, error in measurement.errors.items()},
+        "off_after": [
+            None if np.isnan(pose_error).any() else named(pose_error)
+            for pose_error in run.errors_after
+        ],
+        "arising": {
+            kind: named(pose_error)
+            for kind, pose_error in by_kind(plan, run.errors_after).items()
+        },
     }

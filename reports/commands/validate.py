@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 INCOMPLETE = 3
-Pair = tuple[str, str]  # scene, method
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -47,10 +46,10 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     with values.workers(chosen) as (executor, jobs):
-        return _validated(chosen, scenes, methods, executor, jobs)
+        return _measure_and_report(chosen, scenes, methods, executor, jobs)
 
 
-def _validated(
+def _measure_and_report(
     chosen: argparse.Namespace,
     scenes: Sequence[Scene],
     methods: Sequence[Method],
@@ -63,7 +62,7 @@ def _validated(
     from plumbob.reports.analyses.engines.gradients import with_each_pair
     from plumbob.reports.view.site.writing import own_site
 
-    judged: list[Judgements] = []  # once, for the analyses and for what is printed
+    judged: list[Judgements] = []  # of the one study, for the analyses and for the terminal
 
     def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
         judged.append(judge_study(study, chosen.within))
@@ -75,7 +74,10 @@ def _validated(
     if junit:
         writable_folder("junitxml", junit.parent)
     with Workers(jobs) as workers:
-        with measured_into(out / store.FILE, chosen.fresh, note) as kept, progress() as show:
+        with (
+            measured_into(out / store.FILE, chosen.fresh, note) as checkpoint,
+            progress() as show,
+        ):
             try:
                 run_study(
                     scenes,
@@ -86,7 +88,7 @@ def _validated(
                     progress=show,
                     requests=with_each_pair(requests) if chosen.gradients else requests,
                     command=chosen.line,
-                    kept=kept,
+                    kept=checkpoint,
                     seed=chosen.seed or SEED,
                     analyse=analyse,
                 )
@@ -95,18 +97,19 @@ def _validated(
                     "what is measured is stored: the same command goes on from there"
                 )
                 raise
-        for what in kept.given_up:
-            note(f"given up: {what}; the same command tries it again")
+        for task in checkpoint.given_up:
+            note(f"given up: {task}; the same command tries it again")
+        number = checkpoint.number
         try:
-            code = _report(chosen, out, kept.number, junit, judged[0])
-            return code or (INCOMPLETE if kept.given_up else 0)
+            code = _print_and_write(chosen, out, number, junit, judged[0])
+            return code or (INCOMPLETE if checkpoint.given_up else 0)
         except BaseException as error:
-            drawn = shlex.join(["plumbob", "report", str(out), "--study", str(kept.number)])
-            error.add_note(f"the study is stored: `{drawn}` draws its page")
+            report = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
+            error.add_note(f"the study is stored: `{report}` draws its page")
             raise
 
 
-def _report(
+def _print_and_write(
     chosen: argparse.Namespace,
     out: Path,
     number: int,
@@ -121,42 +124,46 @@ def _report(
 
     study = store.load(out / store.FILE, number)
     assert study
-    results = user_results(study, judged)
+    user_rows = user_results(study, judged)
     page = write_page(study, out)
-    every = results_of(study, records_of(study))
+    results = results_of(study, records_of(study))
     if junit:
-        write_junit(junit, study, every)
+        write_junit(junit, study, results)
     values.show(
         chosen,
-        study_records(study, judged, results),
+        study_records(study, judged, user_rows),
         "study",
-        **study_values(study, every, chosen.verbose),
+        **study_values(study, results, chosen.verbose),
         page=page,
-        results=results,
+        results=user_rows,
         like=chosen.like,
         factor=cost_factor,
     )
-    return exit_code(study, every)
+    return exit_code(study, results)
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     """The methods that were asked for, the user's own among them."""
     methods = find_methods(pattern or (LIKE_METHODS if like else "*"))
     if pattern in (None, "*"):
+        # An optional engine that is not installed is not asked for by `*`.
         methods = tuple(
-            m for m in methods if installed(engine_of(m)) or not engine_of(m).optional
+            method
+            for method in methods
+            if installed(engine_of(method)) or not engine_of(method).optional
         )
     return (own_method(like), *methods) if like else methods
 
 
-def exit_code(study: Study, every: Results) -> int:
+def exit_code(study: Study, results: Results) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
-    if unexpected_searches(judged_searches(study)) or "unexpected" in {
-        of.meaning for of in every.values()
-    }:
+    meanings = {result.meaning for result in results.values()}
+    if unexpected_searches(judged_searches(study)) or "unexpected" in meanings:
         return 1
-    verdicts = {of.judged.verdict for of in every.values()}
-    user = {of.judged.verdict for of in every.values() if of.name == USER_METHOD}
-    nothing = user and user <= {"unsupported", "missing"}
-    return INCOMPLETE if nothing or "missing" in verdicts else 0
+    verdicts = {result.judged.verdict for result in results.values()}
+    user_verdicts = {
+        result.judged.verdict for result in results.values() if result.name == USER_METHOD
+    }
+    user_ran_nothing = user_verdicts and user_verdicts <= {"unsupported", "missing"}
+    return INCOMPLETE if user_ran_nothing or "missing" in verdicts else 0

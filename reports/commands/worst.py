@@ -30,18 +30,16 @@ def command(chosen: argparse.Namespace) -> int:
 
     method = find_method(chosen.method)
     with values.representable(chosen.changes):
-        around = box(chosen.scene, chosen.changes, chosen.within)
-    runnable(around, [method])
-    score = run_error if chosen.by == "error" else of_tolerance
+        parameter_box = box(chosen.scene, chosen.changes, chosen.within)
+    runnable(parameter_box, [method])
+    score = run_error if chosen.by == "error" else tolerance_fraction
     with progress() as show:
-        answer = search(
-            around,
-            method,
-            chosen.step or default_step(method),
-            chosen.budget,
-            score,
-            progress=lambda done, of, worst: show(f"worst so far {worst:.3g}", done, of),
-        )
+
+        def show_worst(runs: int, budget: int, worst_score: float) -> None:
+            show(f"worst so far {worst_score:.3g}", runs, budget)
+
+        step = chosen.step or default_step(method)
+        answer = search(parameter_box, method, step, chosen.budget, score, show_worst)
     store.keep_worst(Path(chosen.out) / store.FILE, answer)
     record = _record(answer)
     values.show(
@@ -59,7 +57,7 @@ def command(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def of_tolerance(case: Case, method: Method, step: float) -> float:
+def tolerance_fraction(case: Case, method: Method, step: float) -> float:
     """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
     `off-prediction`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
     from plumbob.engines.study.measurement import measure
@@ -69,14 +67,16 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
     run, _ = measure(case, method, step)
     if run.status != "done":
         return math.inf if run.status in ("diverged", "cut-short") else 0.0
-    allowed = judge(run, case.system, method, case.system.quantities(case)).tolerances
-    return max(
-        (used_fraction(run.errors[n], bound) for n, bound in allowed.items()), default=0.0
+    quantities = case.system.quantities(case)
+    tolerances = judge(run, case.system, method, quantities).tolerances
+    fractions = (
+        used_fraction(run.errors[name], tolerance) for name, tolerance in tolerances.items()
     )
+    return max(fractions, default=0.0)
 
 
 def _record(worst: Found) -> dict[str, Any]:
-    from plumbob.reports.view.sweep.text import command as repeated
+    from plumbob.reports.view.sweep.text import command as command_line
 
     parameters = {**dict(worst.box.changes), **worst.parameters}
     return {
@@ -90,5 +90,5 @@ def _record(worst: Found) -> dict[str, Any]:
         "without_error": worst.without,
         "certain": worst.certain,
         "certificate": worst.certificate,
-        "command": repeated(worst.box.scene, worst.method, worst.step, parameters),
+        "command": command_line(worst.box.scene, worst.method, worst.step, parameters),
     }

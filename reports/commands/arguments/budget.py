@@ -13,18 +13,19 @@ def certify(case: Case, last: float, budget: float, fraction: float = 1.0) -> No
     the `budget` [s] of processor time."""
     from plumbob.reports.commands.arguments.console import progress
 
-    seconds = fraction * budget
+    allowed_seconds = fraction * budget
 
-    def known(reached: float) -> str:
-        return f"certified up to t = {reached:.4g} of {last:.4g} s"
+    def certified_range(end: float) -> str:
+        return f"certified up to t = {end:.4g} of {last:.4g} s"
 
     with progress() as show:
-        until = integrated(
-            case,
-            last,
-            seconds,
-            lambda reached, spent: show(known(reached), int(spent), int(seconds)),
+
+        def show_range(end: float, used_seconds: float) -> None:
+            show(certified_range(end), int(used_seconds), int(allowed_seconds))
+
+        certified_until = integrated(case, last, allowed_seconds, show_range)
+    if certified_until < last:
+        wanted = f"more: the exact motion is {certified_range(certified_until)}"
+        raise ParameterError(
+            "budget", budget, f"{wanted} within {allowed_seconds:g} s of processor time"
         )
-    if until < last:
-        wanted = f"more: the exact motion is {known(until)} within {seconds:g} s"
-        raise ParameterError("budget", budget, f"{wanted} of processor time")

@@ -12,7 +12,8 @@ from plumbob.engines.registry import find_engine, installed
 from plumbob.models.scene import Scene
 
 # A line at four headings shows soonest how well a setting's friction works.
-SCENES = ",".join(("*", *(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))))
+LINES = tuple(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))
+SCENES = ",".join(("*", *LINES))
 METHODS = ",".join(
     (
         "mujoco/euler",

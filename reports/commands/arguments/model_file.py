@@ -22,41 +22,44 @@ if TYPE_CHECKING:
     from plumbob.engines.audit.reference import Certificate
     from plumbob.engines.own_motion import OwnModel, Script
 
-ENDINGS = (".xml", ".mjcf", ".urdf", ".mjb")  # of model files: no scene's name ends so
-OF_FILES = ("keyframe", "qpos", "qvel", "ctrl", "ctrl_period", "duration")
+MODEL_SUFFIXES = (".xml", ".mjcf", ".urdf", ".mjb")  # of model files: no scene's name ends so
+FILE_OPTIONS = ("keyframe", "qpos", "qvel", "ctrl", "ctrl_period", "duration")
 LARGEST_CONTROLS = 100_000_000  # [bytes], unpacked: as many periods as may be, of 125 actuators
 
 
-def is_file(
-    chosen: argparse.Namespace, of_scenes: Sequence[str], of_files: Sequence[str] = OF_FILES
+def is_model_file(
+    chosen: argparse.Namespace,
+    scene_options: Sequence[str],
+    file_options: Sequence[str] = FILE_OPTIONS,
 ) -> bool:
     """Whether the scene of a command line is a model file, by its ending. Raises ParameterError
     for options `of_scenes` alone beside a file, and for those `of_files` beside a scene."""
-    file = Path(chosen.scene).suffix.lower() in ENDINGS
-    if file:
-        values.without(chosen, of_scenes, "left out with a model file")
+    names_file = Path(chosen.scene).suffix.lower() in MODEL_SUFFIXES
+    if names_file:
+        values.refuse_options(chosen, scene_options, "left out with a model file")
     else:
-        values.without(chosen, of_files, "given with a model file")
-    return file
+        values.refuse_options(chosen, file_options, "given with a model file")
+    return names_file
 
 
-def motion(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
+def model_and_script(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
     """The model of the file that was chosen, and its motion; raises ParameterError."""
     from plumbob.engines.audit.controls import KINDS
     from plumbob.engines.own_motion import Start
     from plumbob.reports.audit_from_python import user_motion
 
+    control = chosen.ctrl if chosen.ctrl in KINDS else read_controls(Path(chosen.ctrl))
     return user_motion(
         Path(chosen.scene),
         Start(chosen.keyframe, chosen.qpos, chosen.qvel),
-        chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
+        control,
         duration=chosen.duration,
         period=chosen.ctrl_period,
         budget=chosen.budget,
     )
 
 
-def described(
+def motion_record(
     chosen: argparse.Namespace, script: Script, reference: Certificate, index: int
 ) -> dict[str, Any]:
     """The motion of a file and how well it is known up to the end of a control period, as plain
@@ -76,16 +79,16 @@ def described(
     }
 
 
-def controls_of(file: Path) -> Array:
+def read_controls(file: Path) -> Array:
     """Controls from a .csv file, a row for each period, or the array `ctrl` of a .npz file; raises
     ParameterError."""
     from plumbob.engines.audit.controls import KINDS
 
-    what = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
+    expected = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
     if file.suffix not in (".csv", ".npz"):
-        raise ParameterError("ctrl", str(file), what)
+        raise ParameterError("ctrl", str(file), expected)
     regular_file("ctrl", file, LARGEST_CONTROLS)
-    with must_be(what, "ctrl", str(file)), warnings.catch_warnings():
+    with must_be(expected, "ctrl", str(file)), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # no rows, which the shape tells; names twice
         if file.suffix == ".csv":
             return np.loadtxt(file, delimiter=",", ndmin=2)
@@ -94,7 +97,7 @@ def controls_of(file: Path) -> Array:
         if len(content) > LARGEST_CONTROLS:
             raise ValueError(f"more than {LARGEST_CONTROLS} bytes when unpacked")
         try:
-            values = np.load(io.BytesIO(content), allow_pickle=False)
+            controls = np.load(io.BytesIO(content), allow_pickle=False)
         except MemoryError:
             raise ValueError("its header states more numbers than there are") from None
-        return np.asarray(values).astype(float, casting="same_kind")
+        return np.asarray(controls).astype(float, casting="same_kind")

@@ -30,7 +30,7 @@ def search_study(
 
     jobs = min(chosen.jobs or os.cpu_count() or 1, len(searches))
     file = writable_folder("out", Path(out)) / FILE if out else None
-    with measured_into(file, note=note) as kept, progress() as show:
+    with measured_into(file, note=note) as checkpoint, progress() as show:
         return run_study(
             (),
             methods,
@@ -39,5 +39,5 @@ def search_study(
             timed=False,
             requests=lambda plan: searches,
             command=chosen.line,
-            kept=kept,
+            kept=checkpoint,
         )

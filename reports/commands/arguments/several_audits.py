@@ -26,19 +26,20 @@ from plumbob.reports.view.page import written
 from plumbob.reports.view.tables import lines as worded_lines
 from plumbob.reports.view.terminal import aligned
 
-INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
-ROOT = re.compile(r"<mujoco[\s>]")
+INCLUDED_FILE = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
+ROOT_ELEMENT = re.compile(r"<mujoco[\s>]")
 # A file with no other elements of MJCF than these is a part of models, and no model itself.
-PARTS = frozenset(
+PART_ELEMENTS = frozenset(
     ("asset", "compiler", "custom", "default", "extension", "option", "size", "statistic")
 ) | {"actuator", "contact", "equality", "keyframe", "sensor", "tendon", "visual"}
 REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
-# of a row, which is no place of this page
-OWN_PAGE = re.compile(r'href="#(audit-[^"]*\.html)"')
-SETS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")  # what a step's error depends on
-ESCAPED = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})  # in a workflow command
-IN_PROPERTY = ESCAPED | str.maketrans({":": "%3A", ",": "%2C"})
+# A link to the page of one audit: the page's builder writes it as a place of the same page.
+PAGE_LINK = re.compile(r'href="#(audit-[^"]*\.html)"')
+# The attributes of MJCF on which the error of a step depends.
+STEP_SETTINGS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")
+ESCAPES = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})  # in a workflow command
+PROPERTY_ESCAPES = ESCAPES | str.maketrans({":": "%3A", ",": "%2C"})
 ANSWERS = ("reference", "your error", "to do")  # lines of an audit
 
 
@@ -63,7 +64,7 @@ class Row:
         return self.error is not None and math.isinf(self.error)
 
 
-def refused(path: str, why: str, code: int = REFUSED) -> Row:
+def refused_row(path: str, why: str, code: int = REFUSED) -> Row:
     """The row of a file that has no audit."""
     data = {"model": path, "path": path, "error": None, "why": why}
     return Row(path, None, None, why, code, data)
@@ -79,7 +80,7 @@ def model_files(
     alone = len(words) == 1 and not Path(words[0]).is_dir() and not _is_pattern(words[0])
     if alone and not models_only:
         return None, []
-    meant: list[Path] = []
+    named_files: list[Path] = []
     others: list[Path] = []
     for word in words:
         if Path(word).is_dir():
@@ -93,10 +94,10 @@ def model_files(
             raise ParameterError(
                 "model", word, "a file, or a folder or pattern with models in it"
             )
-        meant += files
+        named_files += files
     if models_only:
-        others += [file for file in meant if not _is_model(file, _text(file))]
-    chosen = [file for file in dict.fromkeys(meant) if file not in others]
+        others += [file for file in named_files if not _is_model(file, _text(file))]
+    chosen = [file for file in dict.fromkeys(named_files) if file not in others]
     return (None if alone and chosen else chosen), others
 
 
@@ -108,15 +109,16 @@ def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
     """The MJCF models below `folder` that no other file there includes, each once, and the files
     there that hold no model."""
     texts = {path: _text(path) for path in sorted(folder.rglob("*.xml"))}
-    parts = {
-        os.path.realpath(path.parent / part)
-        for path, text in texts.items()
-        for part in INCLUDED.findall(text or "")
-    }
-    first = {os.path.realpath(path): path for path in reversed(texts)}
-    whole = sorted(path for real, path in first.items() if real not in parts)
-    models = [path for path in whole if _is_model(path, texts[path])]
-    return models, [path for path in whole if path not in models]
+    included_files = set[str]()
+    for path, text in texts.items():
+        for name in INCLUDED_FILE.findall(text or ""):
+            included_files.add(os.path.realpath(path.parent / name))
+    path_by_real = {os.path.realpath(path): path for path in reversed(texts)}
+    top_files = sorted(
+        path for real, path in path_by_real.items() if real not in included_files
+    )
+    models = [path for path in top_files if _is_model(path, texts[path])]
+    return models, [path for path in top_files if path not in models]
 
 
 def _text(path: Path) -> str | None:
@@ -136,12 +138,12 @@ def _is_model(path: Path, text: str | None) -> bool:
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError):
-        return ROOT.search(text) is not None
-    return root.tag == "mujoco" and not PARTS.issuperset(child.tag for child in root)
+        return ROOT_ELEMENT.search(text) is not None
+    return root.tag == "mujoco" and not PART_ELEMENTS.issuperset(child.tag for child in root)
 
 
-def audited(
-    files: Sequence[Path], do: Callable[[Path], Row], jobs: int, limit: float
+def audit_rows(
+    files: Sequence[Path], audit_row: Callable[[Path], Row], jobs: int, limit: float
 ) -> Iterator[Row]:
     """A row for each file as they are done, in up to `jobs` processes, the largest first, since one
     that takes long and begins last is waited for; one that dies, or takes more processor time than
@@ -151,11 +153,14 @@ def audited(
         return path.stat().st_size if path.is_file() else 0
 
     largest_first = sorted(files, key=size, reverse=True)
-    tasks = [Task(path, do, (path,), limit, label=str(path)) for path in largest_first]
+    tasks = [Task(path, audit_row, (path,), limit, label=str(path)) for path in largest_first]
     with Workers(min(jobs, len(tasks))) as workers:
         for task, row in workers.results(tasks):
             path = str(task.key)
-            yield refused(path, row.why, LOST) if isinstance(row, Lost) else row
+            if isinstance(row, Lost):
+                yield refused_row(path, row.why, LOST)
+            else:
+                yield row
 
 
 def sorted_rows(rows: Sequence[Row]) -> list[Row]:
@@ -184,21 +189,21 @@ def page_names(files: Sequence[Path]) -> dict[str, str]:
     return names
 
 
-def named(rows: Sequence[Row]) -> list[tuple[str, Row]]:
+def relative_rows(rows: Sequence[Row]) -> list[tuple[str, Row]]:
     """The rows with their paths from the folder that all share."""
     shared = shared_folder([row.path for row in rows])
     return [(os.path.relpath(row.path, shared), row) for row in rows]
 
 
-def table(rows: Sequence[Row]) -> Finding:
+def audit_table(rows: Sequence[Row]) -> Finding:
     """The rows as a page and a terminal have them."""
-    (finding,) = worded("audit/several", {"rows": named(rows)})
+    (finding,) = worded("audit/several", {"rows": relative_rows(rows)})
     return finding
 
 
-def lines(rows: Sequence[Row]) -> list[str]:
+def table_lines(rows: Sequence[Row]) -> list[str]:
     """The table as text; nothing without rows."""
-    return list(aligned(table(rows).tables[0])) if rows else []
+    return list(aligned(audit_table(rows).tables[0])) if rows else []
 
 
 def workflow_commands(row: Row) -> Iterator[str]:
@@ -206,23 +211,28 @@ def workflow_commands(row: Row) -> Iterator[str]:
     step, the integrator or contacts, or on the first."""
     file = Path(row.path)
     text = file.read_text("utf-8", "replace") if file.is_file() else ""
-    numbers = [n for n, line in enumerate(text.splitlines(), 1) if SETS.search(line)] or [1]
+    line_numbers = [
+        number for number, line in enumerate(text.splitlines(), 1) if STEP_SETTINGS.search(line)
+    ]
     answer = "\n".join(line for line in row.lines if line.startswith(ANSWERS))
-    message = (row.missed or (row.says if row.code else answer)).translate(ESCAPED)
+    if row.code:
+        answer = row.missed or row.says
+    message = answer.translate(ESCAPES)
     kind = "error" if row.code else "notice"
-    place = row.path.translate(IN_PROPERTY)
-    for number in numbers:
+    place = row.path.translate(PROPERTY_ESCAPES)
+    for number in line_numbers or [1]:
         yield f"::{kind} file={place},line={number},title=plumbob audit::{message}"
 
 
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
-    text = page_of(table(rows), command, seconds)
+    text = page_of(audit_table(rows), command, seconds)
 
-    def link(found: re.Match[str]) -> str:
-        return f'href="{quote(unescape(found[1]), errors="surrogateescape")}"'
+    def quoted_link(link: re.Match[str]) -> str:
+        file_name = unescape(link[1])
+        return f'href="{quote(file_name, errors="surrogateescape")}"'
 
-    return written(OWN_PAGE.sub(link, text), folder, PAGE)
+    return written(PAGE_LINK.sub(quoted_link, text), folder, PAGE)
 
 
 def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
@@ -250,15 +260,21 @@ def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
     from plumbob.reports.view.junit import Case, write_cases
 
     cases = []
-    for name, row in named(rows):
+    for name, row in relative_rows(rows):
         numbers = ("step", "error", "uncertainty", "certified_until")
-        given = ((n, row.data.get(n)) for n in numbers)
-        known = {n: f"{v:.6g}" for n, v in given if v is not None and math.isfinite(v)}
+        quantities = ((number, row.data.get(number)) for number in numbers)
+        properties = {
+            name: f"{value:.6g}"
+            for name, value in quantities
+            if value is not None and math.isfinite(value)
+        }
         outcome = "", ""
-        if row.code:
-            outcome = ("failure", row.missed) if row.missed else ("error", row.says)
+        if row.missed:
+            outcome = "failure", row.missed
+        elif row.code:
+            outcome = "error", row.says
         elif row.error is None:
             outcome = "skipped", f"no reference: {row.data.get('why', row.says)}"
-        cases.append(Case("plumbob.audit", name, row.seconds, known, *outcome))
+        cases.append(Case("plumbob.audit", name, row.seconds, properties, *outcome))
     date = datetime.fromtimestamp(began, UTC).strftime("%Y-%m-%dT%H:%M:%S")
     write_cases(file, cases, sum(row.seconds for row in rows), date)

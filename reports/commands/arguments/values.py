@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Scene
 
 T = TypeVar("T")
-HELD = "such that double precision holds the exact solution"
+REPRESENTABLE = "such that double precision holds the exact solution"
 
 
 def number(name: str, text: str) -> float:
@@ -55,9 +55,10 @@ def non_negative_number(name: str, text: str) -> float:
     return non_negative(name, number(name, text))
 
 
-def each(read: Callable[[str], T], texts: str | Sequence[str]) -> list[T]:
+def read_each(read: Callable[[str], T], texts: str | Sequence[str]) -> list[T]:
     """T,T,..., or so many texts, as a list of values."""
-    return [read(part) for part in (texts.split(",") if isinstance(texts, str) else texts)]
+    parts = texts.split(",") if isinstance(texts, str) else texts
+    return [read(part) for part in parts]
 
 
 def count(name: str, text: str, least: int = 1) -> int:
@@ -94,39 +95,42 @@ def changes(argument: str, texts: Sequence[str]) -> dict[str, Any]:
     return changed
 
 
-def without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> None:
+def refuse_options(chosen: argparse.Namespace, names: Sequence[str], wanted: str) -> None:
     """Raises ParameterError, which says `what` it must be, where one of these options is given."""
     for name in names:
-        if (value := getattr(chosen, name)) and value != "rest":
+        value = getattr(chosen, name)
+        if value and value != "rest":
             option = "set" if name == "changes" else name.replace("_", " ")
-            raise ParameterError(option, value, what)
+            raise ParameterError(option, value, wanted)
 
 
 def side(argument: str, text: str) -> Side:
     """NAME=LO:HI, or NAME=LO:HI:log, as a side of a box; raises ParameterError."""
-    return _side(argument, text, "NAME=LO:HI")[0]
+    return _read_side(argument, text, "NAME=LO:HI")[0]
 
 
 def counted_side(argument: str, text: str) -> tuple[Side, int]:
     """The same with :N behind HI, and N; raises ParameterError."""
-    limits, number_of = _side(argument, text, "NAME=LO:HI:N")
-    return limits, count(limits.name, number_of)
+    interval, number_of_values = _read_side(argument, text, "NAME=LO:HI:N")
+    return interval, count(interval.name, number_of_values)
 
 
-def _side(argument: str, text: str, form: str) -> tuple[Side, str]:
+def _read_side(argument: str, text: str, form: str) -> tuple[Side, str]:
     from plumbob.engines.box import Side
 
     name, _, bounds = text.partition("=")
-    *parts, last = bounds.split(":")
-    parts += [last] * (last != "log")
+    parts = bounds.split(":")
+    logarithmic = parts[-1] == "log"
+    if logarithmic:
+        parts.pop()
     if not name or len(parts) != form.count(":") + 1:
         raise ParameterError(argument, text, f"{form}, or {form}:log")
     low, high = (number(name, part) for part in parts[:2])
     if low >= high:
         raise ParameterError(argument, text, "with the smaller value first")
-    if last == "log" and low <= 0.0:
+    if logarithmic and low <= 0.0:
         raise ParameterError(argument, text, "above 0 where spaced by ratios")
-    return Side(name, low, high, last == "log"), parts[-1]
+    return Side(name, low, high, logarithmic), parts[-1]
 
 
 def scenes(pattern: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
@@ -134,7 +138,9 @@ def scenes(pattern: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
     with representable(changed):
         if any(mark in pattern for mark in "*?[,"):
             matching = find_scenes(pattern)
-            return tuple(find_scene(s.name, changed) for s in matching) if changed else matching
+            if not changed:
+                return matching
+            return tuple(find_scene(scene.name, changed) for scene in matching)
         return (find_scene(pattern, changed),)
 
 
@@ -179,14 +185,17 @@ def representable(
     except (ArithmeticError, np.linalg.LinAlgError, RuntimeError) as error:
         if not changed:
             raise
-        raise changed_beyond(changed, HELD) from error
+        raise changed_beyond(changed, REPRESENTABLE) from error
 
 
 def all_finite(changed: Mapping[str, Any], *answers: Signals) -> None:
     """Raises ParameterError, naming what was `changed`, where an observable, or what double
     precision allows it, is not finite."""
-    if changed and not all(np.isfinite(v).all() for answer in answers for v in answer.values()):
-        raise changed_beyond(changed, HELD)
+    if not changed:
+        return
+    for signals in answers:
+        if not all(np.isfinite(values).all() for values in signals.values()):
+            raise changed_beyond(changed, REPRESENTABLE)
 
 
 def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: Any) -> None:
