@@ -43,11 +43,13 @@ from plumbob.reports.view.own_files import replaceable
 from plumbob.reports.view.page import written
 
 MISSING = 3
-LARGEST_AUDITS = 100_000_000  # [bytes] of audits that --against reads
-MISSED = 1  # an accuracy, stability or reference that is asked for
-UNTRIMMABLE = (".urdf", ".mjb")  # models that are no text to trim
-PATIENCE = 10.0  # times the budget of processor time, after which an audit of several hangs
-# Options of one audit, which the other does not take, and of a file, which no environment does.
+LARGEST_AUDITS = 100_000_000  # [bytes] largest file that --against reads
+MISSED = 1  # exit code: a required accuracy, stability or reference is missed
+UNTRIMMABLE = (".urdf", ".mjb")  # formats of models that --write-trimmed does not take
+# An audit of several that takes this many times its budget of processor time counts as hung.
+PATIENCE = 10.0
+# Options of the audit of a motion, of the audit of contacts, and of files; the other audit, or an
+# environment, does not take them.
 MOTION_OPTIONS = (
     "qpos",
     "qvel",
@@ -114,8 +116,9 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]:
-    """The file names of the audits' pages by model. Raises ParameterError if a file asked for
-    cannot be written, or if a single model is no regular file: before anything is audited."""
+    """Returns the file name of each audit's page by model. Nothing is audited before this check:
+    raises ParameterError if a file that the user asks for cannot be written, or if the single model
+    is no regular file."""
     if chosen.write_trimmed and (
         not chosen.alone or chosen.gym or models[0].suffix in UNTRIMMABLE
     ):
@@ -133,7 +136,7 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
 
 
 def _note_skipped(others: Sequence[Path]) -> None:
-    """Say in one line how many files of a folder are not models."""
+    """Says in one line on stderr how many files of a folder hold no model."""
     from plumbob.reports.commands.arguments.console import note
 
     if others:
@@ -141,12 +144,14 @@ def _note_skipped(others: Sequence[Path]) -> None:
 
 
 def _print_first_line(audit: Audit, chosen: argparse.Namespace) -> None:
-    """Print what is audited before the audit begins, also into a pipe or a file."""
+    """Prints the first line, which names the audited motion, before the audit begins; also into a
+    pipe or a file."""
     print(lines(answered(_with_given_names(audit, chosen)))[0], flush=True)
 
 
 def _with_given_names(audit: Audit, chosen: argparse.Namespace) -> Audit:
-    """An audit with the names of its environment and of the file of its control."""
+    """Returns `audit` with the name of its environment, and with the name of the file that gives
+    its control."""
     control = audit.control if chosen.ctrl in KINDS else Path(chosen.ctrl).name
     return replace(audit, name=chosen.gym or audit.name, control=control)
 
@@ -193,7 +198,7 @@ def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
 
 
 def _check_arguments(chosen: argparse.Namespace) -> None:
-    """Fill in what is left out; raises ParameterError for what does not fit."""
+    """Fills in defaults of arguments. Raises ParameterError if two arguments do not go together."""
     if chosen.policy is not None and chosen.ctrl != "rest":
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
     if chosen.fail_above is not None and chosen.against is None:
@@ -220,8 +225,8 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
 def _check_targets(
     chosen: argparse.Namespace, models: Sequence[Path], pages: Collection[str]
 ) -> None:
-    """Raises ParameterError if one of the `pages` or another file asked for cannot be written, or
-    would replace one of the `models` or another file that plumbob has not written."""
+    """Raises ParameterError if one of the `pages` or another file that the user asks for cannot be
+    written, or would replace a model or a file that plumbob has not written."""
     from plumbob.reports.commands.arguments.console import writable_folder
 
     taken = {Path(os.path.realpath(path)) for path in models}
@@ -248,8 +253,9 @@ def _audit_row(
     jobs: int = 1,
     **callbacks: Any,
 ) -> Row:
-    """All that is printed of the audit of a file, or environment, its page written where one is
-    wanted, by the name that `pages` has for it; or why it has none."""
+    """Audits a model file or an environment, writes its page if the user asks for pages, and
+    returns its row. `pages` has the names of the pages by path. If the audit is refused, the row
+    has the reason."""
     path = chosen.gym or str(model)
     try:
         result = _run_audit(model, path, chosen, jobs, **callbacks)
@@ -281,7 +287,8 @@ def _write_page(
     name: str,
     chosen: argparse.Namespace,
 ) -> str:
-    """The name of the page of an audit, written; raises ParameterError where it cannot be."""
+    """Writes the page of an audit into the folder --out and returns the page's name. Raises
+    ParameterError if the page cannot be written."""
     from plumbob.reports.analyses.replay.geoms import audited
 
     replay = audited(result) if isinstance(result, Audit) else None
@@ -300,8 +307,8 @@ def _run_audit(
     jobs: int,
     **callbacks: Any,
 ) -> Audit | ContactAudit:
-    """The audit of one file, or environment, of which `audit` calls what is `shown`; raises
-    ParameterError."""
+    """Returns the audit of a model file or an environment. `callbacks` go to `audit` as they are.
+    Raises ParameterError."""
     if chosen.contacts:
         return audit_contacts(
             model,
@@ -338,7 +345,7 @@ def _run_audit(
 def _missed_requirements(
     result: Audit | ContactAudit, chosen: argparse.Namespace
 ) -> Iterator[str]:
-    """Why what is asked for is missed."""
+    """Gives a sentence for each requirement of the user that the audit misses."""
     requirements: list[Callable[[], None]] = []
     if isinstance(result, Audit) and chosen.stable:
         requirements.append(result.assert_stable)
@@ -359,7 +366,7 @@ def _missed_requirements(
 
 
 def read_audits(file: Path) -> list[Any]:
-    """The audits of motions in a file, as --json printed them; raises ParameterError."""
+    """Returns the audits in a file that --json has written. Raises ParameterError."""
     expected = "a file that this `plumbob audit --json` has printed"
     regular_file("against", file, LARGEST_AUDITS)
     with must_be(expected, "against", str(file)):
@@ -375,8 +382,9 @@ def read_audits(file: Path) -> list[Any]:
 def matching_audit(
     file: Path, stored: Sequence[Mapping[str, Any]], alone: bool
 ) -> Mapping[str, Any]:
-    """The audit of a file among those that are `stored`: by its path, else its name, or the only
-    one, of a file that is `alone`, too; raises ParameterError."""
+    """Returns the audit in `stored` that belongs to `file`: the audit with its path, or else with
+    its name. If `file` is audited `alone`, a single stored audit belongs to it under any name.
+    Raises ParameterError if no audit or several audits match."""
     paths = [Path(old.get("path", old.get("model", ""))) for old in stored]
     same_path = [path == file for path in paths]
     same_name = [path.name == file.name for path in paths]
@@ -387,14 +395,15 @@ def matching_audit(
 
 
 def engine_names(names: str | None) -> tuple[str, ...]:
-    """The engines of a list of names with commas, or `all` that are installed."""
+    """Returns the names in a list with commas; all installed engines that read model files if the
+    list is `all`."""
     if names == "all":
         return readers()
     return tuple(name for name in (names or "").split(",") if name)
 
 
 def check_new_file(target: Path) -> None:
-    """Raises ParameterError where no file can be written, or one is there."""
+    """Raises ParameterError if the file `target` exists or cannot be written."""
     expected = "an .xml file that does not exist yet, in a folder that can be written to"
     try:
         if target.suffix != ".xml":
@@ -410,8 +419,9 @@ def check_new_file(target: Path) -> None:
 def write_trimmed_file(
     audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS
 ) -> Audit:
-    """Write the model `source` without what `audit` leaves out, and run it as it is read back;
-    raises ParameterError where nothing is, or it cannot be written."""
+    """Writes the model `source` into `target` without the parts that `audit` found needless.
+    Returns `audit` with the errors of a run of the written file. Raises ParameterError if no part
+    is needless or the file cannot be written."""
     together = audit.trims.together if audit.trims else None
     models = user_models()
     if together is None or audit.found is None:
@@ -426,7 +436,7 @@ def write_trimmed_file(
 
 
 def load_policy(name: str) -> Policy:
-    """The function MODULE:FUNCTION, also of a module in the present folder; raises
+    """Returns the function MODULE:FUNCTION; the module may lie in the current folder. Raises
     ParameterError."""
     sys.path.insert(0, os.getcwd())
     try:

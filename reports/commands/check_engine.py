@@ -18,8 +18,8 @@ MISSING = 3
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print one line a check as it is made; returns 1 where one fails, 3 where the engine's package
-    is not installed."""
+    """Prints one line for each check as soon as it is made. Returns 1 if a check fails, 3 if the
+    engine's package is not installed, else 0."""
     methods = find_methods(chosen.name)
     scenes = find_scenes(chosen.scenes, "quick")
     for method in methods:

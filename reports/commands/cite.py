@@ -9,7 +9,7 @@ from plumbob.models.registry import systems
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the suite's own entry, then each source once."""
+    """Prints how to cite plumbob, then each source once with the systems that are taken from it."""
     print(f"plumbob, version {__version__}: a cross-validation suite for physics engines.")
     titles: dict[str, list[str]] = {}
     for system in systems().values():

@@ -25,7 +25,8 @@ SAME_ERROR = 1e-9
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
+    """Prints what differs between two studies. Returns 1 if a verdict differs, or if an error grew
+    by more than the user allows."""
     old = _read_study("OLD", chosen.old)
     new = _read_study("NEW", chosen.new)
     moved = _differences(old, new)
@@ -56,7 +57,8 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _read_study(name: str, text: str) -> Study:
-    """The study in a file or folder, of the number behind it."""
+    """Returns the study in a file or folder; `text` is its path, or PATH#N for study number N.
+    Raises ParameterError for the argument `name`."""
     path, number = text, None
     if "#" in text and not os.path.lexists(text):
         path, _, digits = text.rpartition("#")
@@ -69,8 +71,8 @@ def _read_study(name: str, text: str) -> Study:
 
 
 def _differences(old: Study, new: Study) -> dict[str, list[dict[str, Any]]]:
-    """Returns the rows of what differs between two studies by kind. An error differs if rounding
-    does not explain the difference."""
+    """Returns the rows of what differs between two studies, by kind. Errors whose difference is
+    rounding do not differ."""
     # A value that only one study has is compared with these.
     absent = {"versions": "unknown", "verdicts": None, "presence": "no"}
     old_values = dict(_compared_values(old))
@@ -98,8 +100,8 @@ def _differences(old: Study, new: Study) -> dict[str, list[dict[str, Any]]]:
 
 
 def _growth(old: tuple[float, float], new: tuple[float, float]) -> float | None:
-    """Returns the growth of an error as a fraction of the old error; None if rounding explains the
-    difference. `old` and `new` are the error and what rounding adds to it."""
+    """Returns the growth of an error as a fraction of the old error; None if the difference is
+    rounding. `old` and `new` are an error and how far rounding may change it."""
     old_error, old_rounding = old
     new_error, new_rounding = new
     grown = new_error - old_error
@@ -109,8 +111,9 @@ def _growth(old: tuple[float, float], new: tuple[float, float]) -> float | None:
 
 
 def _compared_values(study: Study) -> Iterator[tuple[tuple[str, Key, str], Any]]:
-    """All that is compared of a study, by kind, pair and name: an error with what rounding makes of
-    it."""
+    """Gives all values of a study that are compared. The key of a value is its kind, its pair of
+    scene and method, and its name. The value of an error is the error and how far rounding may
+    change it."""
     for name, version in study.provenance.versions.items():
         yield ("versions", ("", ""), f"version of {name}"), version
     judged = judge_study(study)

@@ -38,11 +38,13 @@ if TYPE_CHECKING:
     from plumbob.engines.own_motion import OwnModel, Script
 
 INCOMPLETE = 3
-SCENE_OPTIONS = ("way", "step", "eps", "at", "jobs", "changes")  # options no file has
+# Options that a model file does not take.
+SCENE_OPTIONS = ("way", "step", "eps", "at", "jobs", "changes")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Measure, print and judge derivatives; 1 where one is not as expected."""
+    """Measures, judges and prints derivatives. Returns 1 if a verdict is not as expected, 3 if an
+    engine is missing."""
     if is_model_file(chosen, SCENE_OPTIONS):
         return _print_file_gradient(chosen)
     if not chosen.method:
@@ -69,9 +71,9 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _print_file_gradient(chosen: argparse.Namespace) -> int:
-    """Print derivatives of joint coordinates at the end of the motion of a model file, by its start
-    and controls. Returns 3 if the method's engine is missing or cannot express the file, or if none
-    of the derivatives that are asked for is both certified and given by a way."""
+    """Prints derivatives of the joint coordinates at the end of a model file's motion by its start
+    and its controls. Returns 3 if the engine is missing or cannot express the file, or if no chosen
+    derivative is both certified and computed by the method."""
     from plumbob.engines.audit.gradient import numbers_of
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.study.provenance import version_of
@@ -117,8 +119,9 @@ def _certified_file_gradient(
     script: Script,
     show: Callable[[str], None],
 ) -> tuple[Certificate, CertifiedGradient]:
-    """The certified motion of a model file and the derivatives of its end, certified and by a
-    method. Raises Unsupported if there are none, with the whole sentence that says why."""
+    """Returns the certified motion of a model file, and the derivatives of its end: certified, and
+    as the method computes them. Raises Unsupported with a whole sentence as its reason if there are
+    none."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.gradient import certified_gradient
@@ -144,8 +147,9 @@ def _certified_file_gradient(
 
 
 def _file_method(chosen: argparse.Namespace, model: OwnModel) -> tuple[Method, OwnModel]:
-    """The method that a command line names for a model file, and the model with the integrator of a
-    method of MuJoCo's; the model's own integrator if none is named. Raises ParameterError."""
+    """Returns the method for a model file, and the model with that method's integrator if the
+    method is one of MuJoCo's. Without a name on the command line, the method is the model's own
+    integrator. Raises ParameterError."""
     from plumbob.engines.audit.step_of_method import DISCRETE, runs_of
 
     names = chosen.method or [f"mujoco/{model.integrator}"]
@@ -159,8 +163,8 @@ def _file_method(chosen: argparse.Namespace, model: OwnModel) -> tuple[Method, O
 
 
 def _matching_names(option: str, text: str | None, names: Sequence[str]) -> list[str]:
-    """The names that an option means, all without it: each in full, or the kind or the name alone;
-    raises ParameterError."""
+    """Returns the names that the text of an option means; all names if the text is empty. A word
+    means a name, all names of a kind, or all kinds of a name. Raises ParameterError."""
     if not text:
         return list(names)
     selected = list[str]()
@@ -179,7 +183,7 @@ def _matching_names(option: str, text: str | None, names: Sequence[str]) -> list
 def _gradient_searches(
     chosen: argparse.Namespace, case: Case, method: Method, changed: dict[str, object]
 ) -> list[GradientSearch]:
-    """A search for each parameter and step; raises ParameterError."""
+    """Returns a search for each parameter and step. Raises ParameterError."""
     from plumbob.models.gradient import numbers
 
     scene = case.scene
@@ -209,7 +213,7 @@ def _gradient_searches(
 
 
 def _default_parameters(case: Case) -> list[str]:
-    """The start, and the numbers of a scene that are not 0."""
+    """Returns the names of the scene's start and of its numbers that are not 0."""
     parameters = case.scene.parameters
     names = []
     for name, value in parameters.items():

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from plumbob.engines.study.identification import Identification
     from plumbob.models.scene import Case
 
-BUDGET = 100  # runs for each parameter
+BUDGET = 100  # number of runs for each parameter
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Search, print what fits best beside what is true."""
+    """Searches for the parameters that fit best, and prints them beside the true values."""
     from plumbob.engines.box import box
     from plumbob.engines.study.identification import identify
     from plumbob.engines.sweep.sweep import runnable
@@ -60,7 +60,7 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def records(fit: Identification) -> list[dict[str, Any]]:
-    """One record for each parameter."""
+    """Returns one record for each parameter."""
     result = []
     for parameter in fit.parameters:
         record = vars(fit) | vars(parameter)
@@ -73,8 +73,8 @@ def records(fit: Identification) -> list[dict[str, Any]]:
 
 
 def _sides(true_case: Case, chosen: argparse.Namespace) -> Iterator[Side]:
-    """The parameters that are searched for, each from half of its value to twice it unless another
-    interval is given; raises ParameterError."""
+    """Gives the interval in which each parameter is searched for: the interval that the user gives,
+    else half to twice the true value. Raises ParameterError."""
     from plumbob.engines.box import Side
 
     given = {side.name: side for side in chosen.within}

@@ -10,11 +10,12 @@ from plumbob.engines.registry import engines, installed
 from plumbob.models.registry import systems
 
 KINDS = ("systems", "scenes", "methods", "models", "schemas")
-SCHEMAS = Path(__file__).parents[1] / "templates" / "schemas"  # of each command's --json
+# Folder of the schemas of what the commands print with --json.
+SCHEMAS = Path(__file__).parents[1] / "templates" / "schemas"
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print names, one a line, with a word on each."""
+    """Prints names, one a line, with a description of each."""
     kinds = [chosen.kind] if chosen.kind else KINDS
     indent = "  " if len(kinds) > 1 else ""
     for kind in kinds:
@@ -28,6 +29,7 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _rows(kind: str) -> list[tuple[str, str]]:
+    """Returns the name and the description of everything of a `kind`."""
     if kind == "systems":
         return [(name, system.title) for name, system in systems().items()]
     if kind == "scenes":

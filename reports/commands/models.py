@@ -19,12 +19,12 @@ from plumbob.reports.judge.model_readers import file_readings
 
 MODELS = Path(models.__file__).parent
 ABOUT = (MODELS / "README.md", MODELS.parent / "LICENSE", MODELS.parent / "CITATION.cff")
-CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
+CONTACTS = b"solreffriction"  # occurs in each model whose contacts depend on the time step
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print where the models are, or copy them, or check a file; what is there already is not
-    written over."""
+    """Prints where the models are, copies them into a new folder, or says which fields of a file
+    the readers of engines drop. Raises ParameterError."""
     for name, action in (("step", "export"), ("json", "check")):
         value = getattr(chosen, name)
         if value and chosen.action != action:
@@ -61,7 +61,8 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _content(path: Path, step: float | None) -> bytes:
-    """The bytes to write for the file `path`: its contacts, if it has any, for `step` [s]."""
+    """Returns the bytes of a copy of the file `path`; the contacts of a model are set for the time
+    step `step` [s]."""
     content = path.read_bytes()
     steps = find_engine("mujoco").ability(StepsOfFiles)
     if step is None or steps is None or path.suffix != ".xml" or CONTACTS not in content:

@@ -48,15 +48,16 @@ MISSING = 3
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what --set takes, and read numbers below zero."""
+    """Adds to --help what --set takes, and lets arguments be negative numbers."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = ABOUT.format(body=", ".join(BODY), limits=", ".join(LIMITS))
-    # Without this argparse takes -1e-3 for an option.
+    # By its own pattern argparse takes -1e-3 for an option.
     parser._negative_number_matcher = re.compile(r"^-(\d|\.\d)")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the manoeuvres, the total time and where the reference ends, and an engine's errors."""
+    """Prints the manoeuvres, the total time, the pose at the end and, if a method is chosen, its
+    errors. Returns 3 if the method's engine is missing."""
     changes = chosen.changes | ({"arc": chosen.arc} if chosen.arc else {})
     known(changes, (*BODY, *LIMITS, *PLACES))
     parameters = {**changes, "to": chosen.to, "track": chosen.track}
@@ -82,7 +83,7 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:
-    """A plan as plain data."""
+    """Returns a plan as plain data."""
     return {
         "start": plan.start,
         "goal": plan.goal,
@@ -112,14 +113,15 @@ def plan_record(plan: Plan) -> dict[str, Any]:
 
 
 def _end_errors(plan: Plan) -> dict[str, float]:
-    """How far from its goal the plan's motion of the slider ends."""
+    """Returns how far from the goal the exact motion of a plan ends: the distance [m] and the angle
+    [rad]."""
     distance, angle = plan.error
     return {"position_error": distance, "heading_error": angle}
 
 
 @dataclass(frozen=True)
 class PlanRun:
-    """A plan run open-loop: its measurement, and the error of the pose after each manoeuvre."""
+    """An engine's open-loop run of a plan, and the error of the pose after each manoeuvre."""
 
     measurement: Measurement
     judgement: Judgement
@@ -129,7 +131,8 @@ class PlanRun:
 
 
 def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
-    """Run `plan`, which is that of `scene`, with `step` [s] to its end. Raises ParameterError."""
+    """Returns the run of `plan` to its end by `method` with `step` [s]. `scene` is the scene of the
+    plan. Raises ParameterError."""
     case = case_of(replace(scene, duration=run_duration(plan, step)))
     measurement, run = measure(case, method, step)
     judgement = judge(measurement, case.system, method)
@@ -140,7 +143,7 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
 
 
 def run_record(plan: Plan, run: PlanRun) -> dict[str, Any]:
-    """An engine's run of a plan, as plain data."""
+    """Returns an engine's run of a plan as plain data."""
     measurement = run.measurement
     return {
         "name": measurement.method,

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from plumbob.reports.advice.user_settings import UserResult
 
 SAMPLES = 100  # times at which the exact motion is sampled for its size
-ROUNDING = 2.0**-53  # relative, of a double
+ROUNDING = 2.0**-53  # relative rounding error of a double
 EXACT_FRACTION = 0.1  # fraction of the budget for an exact motion that is integrated
 INCOMPLETE = 3
 FILE = "recommend.sqlite3"  # store of this command's runs, beside the studies of `validate`
@@ -54,12 +54,12 @@ SCENE_OPTIONS = ("changes", "like", "stored", "observable", "engine", "out")
 
 
 class _OutOfTime(Exception):
-    """The budget is spent."""
+    """Raised when the budget of processor time is spent."""
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Answer from what is stored of the scenes, and run what is missing. 0 where a method reaches
-    the error, 1 where none does, 3 where the budget ends before."""
+    """Answers from the stored runs of the scenes, and runs what is missing. Returns 0 if a method
+    reaches the error, 1 if no method does, 3 if the budget is spent before."""
     from plumbob.reports.commands.arguments.like import own_method
 
     if is_model_file(chosen, SCENE_OPTIONS):
@@ -94,7 +94,8 @@ def command(chosen: argparse.Namespace) -> int:
 def _answer_for_scenes(
     chosen: argparse.Namespace, scenes: Sequence[Scene], user_method: Method | None
 ) -> int:
-    """Answer the question about these scenes, or the one that is named; raises _OutOfTime."""
+    """Prints the answer for `scenes`, or for the scene of a stored study if `scenes` is empty, and
+    returns the exit code. Raises _OutOfTime."""
     from plumbob.reports.advice.advice import Question, advise
 
     open_study = _stored_study if chosen.stored else _measured_study
@@ -119,9 +120,9 @@ def _answer_for_scenes(
 
 
 def _answer_for_file(chosen: argparse.Namespace) -> int:
-    """Print the cheapest integrator and step of MuJoCo's whose error on a model file, in metres,
-    stays within what is asked for: 1 where none does, 3 where the motion is not certified to its
-    end, or not well enough."""
+    """Prints the cheapest integrator and step of MuJoCo whose error [m] on a model file stays
+    within the wanted one. Returns 1 if none does, and 3 if the motion is not certified to its end
+    or not precisely enough."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import held_to_reference
     from plumbob.engines.audit.user_models import quiet
@@ -150,8 +151,8 @@ def _file_record(
     reference: Certificate,
     steps: Compared,
 ) -> dict[str, Any]:
-    """The cheapest integrator and step for an error of `target` [m] as plain data, the model's own
-    and the one with the smallest error beside it."""
+    """Returns as plain data the cheapest integrator and step for an error of `target` [m], the run
+    with the model's own integrator and step, and the run with the smallest error."""
     from plumbob.engines.audit.step_errors import TRUSTED, cheapest
     from plumbob.reports.view.audit.page import versions
     from plumbob.reports.view.audit.records import spread
@@ -171,6 +172,7 @@ def _file_record(
         }
 
     def step_record(step: StepError) -> dict[str, Any]:
+        """Returns the integrator, the step, the error [m] and the cost of a run as plain data."""
         names = ("integrator", "step", "ns_per_second")
         return {name: getattr(step, name) for name in names} | {"error": step.at(index)}
 
@@ -191,14 +193,14 @@ def _file_record(
 
 
 def _answered_by_study(chosen: argparse.Namespace) -> bool:
-    """Whether a stored study says all of the one scene that is named: to load every system would
-    take longer than the answer."""
+    """Returns whether a stored study can answer without the scene itself, which is so for a single
+    scene. Loading all systems would take longer than the answer."""
     is_one_scene = "/" in chosen.scene and not set("*?[,") & set(chosen.scene)
     return chosen.stored and is_one_scene and not chosen.changes
 
 
 def _check_observable(observable: str | None, observables: Observables) -> None:
-    """Raises ParameterError where an observable is none of these."""
+    """Raises ParameterError if `observable` is given and is none of the `observables`."""
     names = [o.name for o in observables]
     if observable not in (None, *names):
         raise ParameterError(
@@ -207,10 +209,10 @@ def _check_observable(observable: str | None, observables: Observables) -> None:
 
 
 def _check_reachable(chosen: argparse.Namespace, scene: Scene) -> None:
-    """Raises ParameterError if the wanted error is less than what rounding alone makes of the exact
-    motion of a scene: no method and no step reaches it."""
+    """Raises ParameterError if the wanted error is smaller than the rounding error of the scene's
+    exact motion: no method and no step reaches it."""
     case = case_of(scene)
-    if case.system.distribution:  # its exact motion may be a defect, which the study tells
+    if case.system.distribution:  # a plug-in's exact motion may fail: the study reports it
         return
     quantities = case.system.quantities(case)
     if chosen.error is None:
@@ -238,8 +240,8 @@ def _check_reachable(chosen: argparse.Namespace, scene: Scene) -> None:
 def _stored_study(
     chosen: argparse.Namespace, scenes: Sequence[Scene]
 ) -> Iterator[tuple[Study, MakeRun | None]]:
-    """The newest stored study of these scenes, or without any of the one that is named, and nothing
-    to run; raises ParameterError."""
+    """Gives the newest stored study of the scenes, and None, because nothing is run. If `scenes` is
+    empty, the scene's name is the one on the command line. Raises ParameterError."""
     by_name = {scene.name: scene for scene in scenes}
     names = by_name or (chosen.scene,)
     study = store.load(Path(chosen.out) / store.FILE, scenes=names)
@@ -263,8 +265,9 @@ def _stored_study(
 def _measured_study(
     chosen: argparse.Namespace, scenes: Sequence[Scene]
 ) -> Iterator[tuple[Study, MakeRun]]:
-    """The study of these scenes with every method that is installed, with predicted limits of the
-    step, and what runs one more; what is stored of both is taken, the rest is stored."""
+    """Gives the study of the scenes with every installed method and with the predicted largest
+    steps, and a function that makes one more run. Results are taken from the store if they are
+    there, and are stored otherwise."""
     from plumbob.engines.study.checkpoint import shared_results
     from plumbob.engines.study.runner import run_study
     from plumbob.reports.analyses.engines.largest_steps import predictions
@@ -294,7 +297,8 @@ def _measured_study(
 
 
 def _limited_progress(seconds: float, show: Progress) -> Progress:
-    """The progress `show`, which raises _OutOfTime after so many seconds of processor time."""
+    """Returns the progress callback `show`, which raises _OutOfTime after `seconds` [s] of
+    processor time."""
     spent_before = spent()
 
     def limited(what: str, done: int, total: int) -> None:
@@ -310,7 +314,8 @@ def _limited_progress(seconds: float, show: Progress) -> Progress:
 
 
 def _single_run(checkpoint: Checkpoint, show: Progress) -> MakeRun:
-    """A run of a scene with a method at a step, taken where it is kept, and else kept."""
+    """Returns a function that runs a scene with a method at a step. The function takes the run from
+    the checkpoint if it is there; otherwise it stores the run."""
     from plumbob.engines.study.checkpoint import key_of
     from plumbob.engines.study.measurement import Measurement, measure
     from plumbob.engines.study.provenance import versions_of
@@ -339,7 +344,8 @@ def _print_answer(
     answer: Answer,
     user_method: Method | None,
 ) -> None:
-    """Print the answer, and what a user's own settings, measured now, give beside it."""
+    """Prints the answer, and beside it the errors with the settings of the user's file, which are
+    measured now."""
     from plumbob.reports.view.user_settings import cost_factor
 
     provenance = study.provenance

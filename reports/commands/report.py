@@ -20,8 +20,8 @@ PATH_OPTIONS = (
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
-    of them, or a folder to publish, and print where it is."""
+    """Writes the pages of a stored study and prints where they are: the same bytes that `validate`
+    wrote, or one file with all pages, or a folder to publish."""
     single = chosen.single
     public = None
     if chosen.publish is not None:
@@ -42,9 +42,9 @@ def command(chosen: argparse.Namespace) -> int:
     except (ParameterError, OSError, MemoryError):
         raise
     except Exception:
-        # Numbers that somebody has changed may be of the right types and still break a template: a
-        # list of another length, a name that nothing has. If the study's numbers follow from its
-        # runs, the template has a defect.
+        # Stored numbers that somebody has changed may have the right types and still break a
+        # template, such as a list of another length. If the numbers follow from the study's runs,
+        # nobody has changed them: the template has a defect, and the error is raised again.
         from plumbob.reports.analyses import follow
 
         if follow(study):
@@ -57,8 +57,8 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _write_pages(study: Study, out: Path, single: Path | None, public: Path | None) -> Path:
-    """Write the pages of a study into `out`, into the file `single`, or to publish into `public`;
-    returns the path of the first page."""
+    """Writes the pages of a study into the folder `out`, into the file `single` or into the folder
+    `public`. Returns the path of the first page."""
     from plumbob.reports.view.page import written
     from plumbob.reports.view.site.writing import content, one_file, write_page
 
@@ -70,13 +70,13 @@ def _write_pages(study: Study, out: Path, single: Path | None, public: Path | No
     page = write_page(
         replace(study, provenance=replace(study.provenance, command=command_line)), public
     )
-    written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
+    written("", public, ".nojekyll")  # GitHub Pages then serves the files unchanged
     return page
 
 
 def without_folders(command: str) -> str:
-    """The command with the paths of files and folders cut to their last names: a published page
-    does not tell where they are on the machine."""
+    """Returns the command with the path of each file and folder cut to its last name, so that a
+    published page does not show the folders of the machine."""
     shortened = []
     is_path = False  # whether the word is the value of an option that takes a file or a folder
     for word in shlex.split(command):
@@ -93,8 +93,8 @@ def without_folders(command: str) -> str:
 
 
 def folder_to_publish(text: str, out: Path) -> Path:
-    """A folder to publish the pages of `out` in, empty or not there yet, and beside `out`; raises
-    ParameterError."""
+    """Returns the folder for the published pages: empty or new, and outside the results folder
+    `out`. Raises ParameterError."""
     folder = Path(text).resolve()
     is_empty = folder.is_dir() and os.access(folder, os.R_OK) and not any(folder.iterdir())
     is_taken = os.path.lexists(folder) and not is_empty

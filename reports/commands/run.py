@@ -36,13 +36,15 @@ if TYPE_CHECKING:
     from plumbob.engines.own_motion import OwnModel, Script
 
 INCOMPLETE = 3
-SCENE_OPTIONS = ("changes", "like", "worlds", "certified")  # options that no model file has
+# Options that a model file does not take.
+SCENE_OPTIONS = ("changes", "like", "worlds", "certified")
 TimedRun = tuple[Measurement, Cost | None, float]
 LONGEST_RUN = 3600.0  # [s] longest processor time of a run in a plug-in engine
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print errors against the exact answer, their tolerances and the cost."""
+    """Prints the errors against the exact answer, their tolerances and the cost. Returns 1 if a
+    verdict is not as expected, 3 if an engine is missing or nothing is certified."""
     if is_model_file(chosen, SCENE_OPTIONS):
         return _run_file(chosen)
     methods = _methods(chosen.method, chosen.like)
@@ -54,7 +56,7 @@ def command(chosen: argparse.Namespace) -> int:
         quantities = case.system.quantities(case)
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
-    step = chosen.step or methods[-1].step_sizes[0]  # the user's own
+    step = chosen.step or methods[-1].step_sizes[0]  # default: the step of the user's file
     codes = []
     records = []
     runs = []
@@ -86,9 +88,9 @@ def command(chosen: argparse.Namespace) -> int:
 def _certified_answer(
     chosen: argparse.Namespace, scene: Scene, method: Method, run: Measurement
 ) -> dict[str, Any] | None:
-    """The certified answer of a scene beside the exact one, and a run's errors against both, as
-    plain data; empty unless --certified is chosen and the method can run the scene. None, and a
-    line on stderr, if nothing of the motion is certified."""
+    """Returns the certified answer of a scene and the exact one as plain data, with the run's
+    errors against both. Returns an empty dict if --certified is not chosen or the method cannot run
+    the scene. Returns None, after a note on stderr, if nothing of the motion is certified."""
     if not chosen.certified or run.status in ("missing", "unsupported"):
         return {}
     answer = _call_isolated(method, _two_answers_record, scene, method, run.step, chosen.budget)
@@ -102,7 +104,8 @@ def _certified_answer(
 def _two_answers_record(
     scene: Scene, method: Method, step: float, seconds: float
 ) -> dict[str, Any] | str:
-    """Both answers of a scene as plain data, or why there is no certified one."""
+    """Returns the certified answer of a scene and the exact one as plain data, or the reason why no
+    answer is certified. `seconds` [s] is the budget of processor time."""
     from plumbob.engines.audit.scene_reference import scene_reference, two_answers
     from plumbob.engines.own_motion import NotCertifiable
 
@@ -128,8 +131,8 @@ def _two_answers_record(
 
 
 def _run_file(chosen: argparse.Namespace) -> int:
-    """Print the error of a method on a model file: 1 where the run does not reach the end, 3 where
-    the motion is not certified, or the engine cannot run the file."""
+    """Prints the error of a method on a model file. Returns 1 if the run does not reach the end of
+    the motion, and 3 if the motion is not certified or the engine cannot run the file."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.reference import certified
@@ -170,7 +173,7 @@ def _file_record(
     reference: Certificate,
     run: StepError,
 ) -> dict[str, Any]:
-    """A run of a model file as plain data."""
+    """Returns a run of a model file as plain data."""
     from plumbob.engines.audit.reference import RESOLVED
     from plumbob.engines.study.provenance import version_of
     from plumbob.reports.view.audit.page import versions
@@ -197,7 +200,8 @@ def _file_record(
 
 
 def _timed_run(scene: Scene, method: Method, step: float) -> TimedRun:
-    """A run, its cost, and the time [ns] of the reference step."""
+    """Returns a run, its cost, and the time [ns] of the reference step. The cost is None if the run
+    did not finish."""
     answer = _call_isolated(method, _measure_and_time, scene, method, step)
     if isinstance(answer, Lost):
         lost = Measurement(scene.name, method.name, step, "missing", reason=answer.why)
@@ -206,8 +210,8 @@ def _timed_run(scene: Scene, method: Method, step: float) -> TimedRun:
 
 
 def _call_isolated(method: Method, function: Callable[..., Any], *arguments: Any) -> Any:
-    """Returns what the function `do` returns of its arguments. A method of an added engine may end
-    the process: it is called in a process of its own, and Lost is returned if that ends."""
+    """Returns what `function` returns for the `arguments`. A plug-in engine may crash its process:
+    its methods run in a process of their own, and Lost is returned if that process dies."""
     if not engine_of(method).distribution:
         return function(*arguments)
     with Workers(1) as workers:
@@ -216,6 +220,7 @@ def _call_isolated(method: Method, function: Callable[..., Any], *arguments: Any
 
 
 def _measure_and_time(scene: Scene, method: Method, step: float) -> TimedRun:
+    """Returns a run, its cost, and the time [ns] of the reference step."""
     case = case_of(scene)
     run = held_to_cost(case, method, measure(case, method, step)[0])
     timed = costs(scene, [(method, step)] if run.status == "done" else [])
@@ -223,7 +228,8 @@ def _measure_and_time(scene: Scene, method: Method, step: float) -> TimedRun:
 
 
 def _methods(name: str | None, like: str | None) -> list[Method]:
-    """The method of that name, and the user's own."""
+    """Returns the method of that name and the user's own settings as a method. Raises
+    ParameterError."""
     if name is None and like is None:
         raise ParameterError("method", name, "given: engine/name, or --like FILE")
     user_methods = [own_method(like)] if like else []
@@ -233,8 +239,9 @@ def _methods(name: str | None, like: str | None) -> list[Method]:
 
 
 def _exit_code(scene: Scene, method: Method, run: Measurement, judged: Judgement) -> int:
+    """Returns the exit code for one run."""
     if run.status == "missing":
         return INCOMPLETE
-    if method.name == USER_METHOD:  # of a user's own settings only a run is expected
+    if method.name == USER_METHOD:  # the user's own settings have no expected verdict
         return INCOMPLETE if run.status == "unsupported" else 0
     return 1 if run_surprise(scene, method, judged) else 0

@@ -12,11 +12,12 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.commands.arguments import values
 
-DEFAULT_METHOD = "mujoco/euler+coulomb"  # what a file is held against unless a method is given
+DEFAULT_METHOD = "mujoco/euler+coulomb"  # method with which a file is compared by default
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print settings, or the differences of a file from them."""
+    """Prints the settings of a method to paste into a model, or how a file differs from them.
+    Returns 1 if contacts of the file do not fit its time step."""
     if chosen.check is not None:
         return _check_file(chosen)
     if chosen.method is None:
@@ -34,6 +35,8 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _check_file(chosen: argparse.Namespace) -> int:
+    """Prints how the file --check differs from the settings of a method. Returns 1 if the contacts
+    of the file do not fit its time step."""
     for name in ("step", "stiffness"):
         value = getattr(chosen, name)
         if value is not None:

@@ -21,7 +21,7 @@ ANGLE = Observable("theta", "rad")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the observables at the times wanted, and what else is exact."""
+    """Prints the observables at the chosen times, and the other exact answers of the scene."""
     changed = chosen.changes
     asked = changed | ({"times": chosen.times} if chosen.times else {})
     with values.representable(asked, chosen):
@@ -71,15 +71,17 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
-    """The uncertainty in double precision at each of `times` [s] alone: asked for together, all
-    would have that of the latest."""
+    """Returns the uncertainty of each observable in double precision, shape (times,). Each of the
+    `times` [s] is asked for by itself: asked for together, all would have the uncertainty of the
+    latest."""
     by_time = [reference.uncertainty(times[i : i + 1]) for i in range(times.size)]
     names = by_time[0]
     return {name: np.concatenate([signals[name] for signals in by_time]) for name in names}
 
 
 def _unit(name: str, known: Sequence[Observable]) -> str:
-    """The unit of an observed value: its own, that of what it is a rate of, or an angle's."""
+    """Returns the unit of an observable: the declared unit; for `x_dot` or `x_rate` the unit of `x`
+    per second; rad if the name contains "angle"; else an empty text."""
     for observable in known:
         if observable.name == name:
             return observable.unit
@@ -90,10 +92,12 @@ def _unit(name: str, known: Sequence[Observable]) -> str:
 
 
 def _plain_value(value: Any) -> Any:
+    """Returns an array as a list, and any other value unchanged."""
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _value_text(value: Any) -> str:
+    """Returns a value as text, a number with all its digits."""
     value = _plain_value(value)
     if isinstance(value, float):
         return repr(float(value) + 0.0)  # adding 0.0 turns -0.0 into 0.0
@@ -101,7 +105,8 @@ def _value_text(value: Any) -> str:
 
 
 def _significant_digits(value: float, uncertainty: float) -> str:
-    """The digits of `value` that its uncertainty leaves; where it leaves none, both numbers."""
+    """Returns `value` with the digits that its uncertainty leaves. If no digit is certain, returns
+    the value and its uncertainty."""
     if not uncertainty > 0.0 or not math.isfinite(value):
         return _value_text(value)
     last_place = math.ceil(math.log10(uncertainty))  # decimal place of the last digit
@@ -112,13 +117,13 @@ def _significant_digits(value: float, uncertainty: float) -> str:
 
 
 def _by_name(answers: Mapping[Observable, Array]) -> dict[str, Array]:
-    """The answers by their names, as JSON has them."""
+    """Returns the answers by the names of their observables, as JSON has them."""
     return {observable.name: values for observable, values in answers.items()}
 
 
 def _answers_at_angles(case: Case, theta: list[float] | None) -> Mapping[Observable, Array]:
-    """The answers of `case` at angles [rad], the angles first; empty without. Raises
-    ParameterError."""
+    """Returns the angles `theta` [rad] and the answers of `case` at these angles; an empty mapping
+    if no angles are given. Raises ParameterError."""
     if theta is None:
         return {}
     if case.system.by_angle is None:

@@ -9,6 +9,7 @@ from plumbob.reports.view.sources import SOURCES, listed
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the statements by place, each with its finding and its second method."""
+    """Prints the statements in the order of their places in the papers, each with its finding and
+    its second method."""
     values.show(chosen, listed(), "sources", rows=listed(), sources=SOURCES)
     return 0

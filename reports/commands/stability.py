@@ -34,12 +34,14 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Scene
 
 INCOMPLETE = 3
-BUDGET = 60.0  # [s] of processor time for a model file
-SCENE_OPTIONS = ("long", "step", "jobs", "out")  # options that no model file has
+BUDGET = 60.0  # [s] processor time for a model file
+# Options that a model file does not take.
+SCENE_OPTIONS = ("long", "step", "jobs", "out")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Measure, print and judge the largest steps; 1 where one is not as expected."""
+    """Measures, judges and prints the largest steps. Returns 1 if a step is not as expected, 3 if
+    an engine is missing."""
     if is_model_file(chosen, SCENE_OPTIONS, (*FILE_OPTIONS, "budget")):
         return _print_file_limits(chosen)
     scenes = values.scenes(chosen.scene, {})
@@ -66,10 +68,10 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _print_file_limits(chosen: argparse.Namespace) -> int:
-    """Print the largest steps that hold along the motion of a model file, of the file's own
-    integrator and all others, or of the methods that are named. Returns 1 if the file's own step is
-    unstable by the first of them, 3 if that is not known, the motion is not certified, or an engine
-    is not installed."""
+    """Prints the largest steps that hold along the motion of a model file. The methods are those
+    that the user names; by default, the file's own integrator and all others. Returns 1 if the
+    file's own step is unstable by the first method. Returns 3 if that is not known, if the motion
+    is not certified, or if an engine is not installed."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.reference import certified
@@ -114,7 +116,8 @@ def _print_file_limits(chosen: argparse.Namespace) -> int:
 def _measured_study(
     chosen: argparse.Namespace, scenes: Sequence[Scene], methods: Sequence[Method]
 ) -> Study:
-    """A study of these searches, and of nothing else, kept where a folder is given."""
+    """Returns a study of the largest steps, or of the long runs, of each pair of a scene and a
+    method. Raises ParameterError."""
     from plumbob.engines.study.runner import pairs
 
     if chosen.step is not None and not chosen.long:
@@ -132,8 +135,8 @@ def _measured_study(
 
 
 def _judged_results(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
-    """The long runs and the limits that a study holds; of one whose engine is missing, or whose
-    process was lost, why there is none."""
+    """Gives the judged long runs and largest steps of a study. If the engine of a long run is
+    missing or its process was lost, the result has that as its reason."""
     for request in study.extras:
         if isinstance(request, LongRunSearch):
             lost = MeasuredLongRun(why="its engine is missing, or its process was lost")

@@ -12,7 +12,8 @@ INCOMPLETE = 3
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Run what is not stored yet, print the errors, write the page."""
+    """Runs the points that are not stored yet, prints the errors and writes the page. Returns 3 if
+    points are missing."""
     from plumbob.engines.box import box
     from plumbob.engines.study.provenance import provenance
     from plumbob.engines.sweep import store

@@ -40,7 +40,7 @@ INCOMPLETE = 3
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Run the study, print the verdicts, write the page."""
+    """Measures the scenes with the methods, prints the verdicts and writes the pages."""
     scenes = find_scenes(chosen.scenes or (LIKE_SCENES if chosen.like else "*"), chosen.profile)
     methods = _methods(chosen.methods, chosen.like)
     if chosen.like:
@@ -56,13 +56,13 @@ def _measure_and_report(
     executor: Executor | None,
     jobs: int,
 ) -> int:
-    """Measure these scenes with these methods, the errors on the executor or in so many processes,
-    and report; returns the exit code."""
+    """Measures the scenes with the methods, prints the verdicts and writes the pages. Errors are
+    measured by the `executor` if there is one, else in `jobs` processes. Returns the exit code."""
     from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.analyses.engines.gradients import with_each_pair
     from plumbob.reports.view.site.writing import own_site
 
-    judged: list[Judgements] = []  # of the one study, for the analyses and for the terminal
+    judged: list[Judgements] = []  # one element, for the analyses and the terminal
 
     def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
         judged.append(judge_study(study, chosen.within))
@@ -116,8 +116,8 @@ def _print_and_write(
     junit: Path | None,
     judged: Judgements,
 ) -> int:
-    """Write the pages of the stored study of that number, as `plumbob report` does, and what else
-    was asked for; returns the exit code."""
+    """Writes the pages of the stored study with this `number` and the JUnit file if there is one,
+    and prints the verdicts. Returns the exit code."""
     from plumbob.reports.view.site.writing import write_page
     from plumbob.reports.view.terminal import study_values
     from plumbob.reports.view.user_settings import cost_factor
@@ -143,7 +143,7 @@ def _print_and_write(
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
-    """The methods that were asked for, the user's own among them."""
+    """Returns the chosen methods; the method of the user's file comes first."""
     methods = find_methods(pattern or (LIKE_METHODS if like else "*"))
     if pattern in (None, "*"):
         # An optional engine that is not installed is not asked for by `*`.
@@ -156,8 +156,8 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
 
 
 def exit_code(study: Study, results: Results) -> int:
-    """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
-    settings ran nothing, else 0."""
+    """Returns 1 if a verdict is not as expected; else 3 if an engine is missing or the user's own
+    settings ran nothing; else 0."""
     meanings = {result.meaning for result in results.values()}
     if unexpected_searches(judged_searches(study)) or "unexpected" in meanings:
         return 1

@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from plumbob.engines.sweep.worst import Found
     from plumbob.models.scene import Case
 
-BUDGET = 200  # runs
+BUDGET = 200  # largest number of runs
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Search, keep what was found, print it with the command that repeats it."""
+    """Searches for the worst parameters, stores them, and prints them with the command that repeats
+    their run."""
     from plumbob.engines.box import box
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import run_error, runnable
@@ -58,8 +59,9 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def tolerance_fraction(case: Case, method: Method, step: float) -> float:
-    """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
-    `off-prediction`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
+    """Returns the largest fraction of its tolerance that the error of an observable reaches in a
+    run. A fraction above 1 means the verdict `off-prediction`. The fraction is 0 if nothing is
+    judged, and infinite if the run diverged or was cut short."""
     from plumbob.engines.study.measurement import measure
     from plumbob.reports.judge.tolerance import used_fraction
     from plumbob.reports.judge.verdict import judge
@@ -76,6 +78,7 @@ def tolerance_fraction(case: Case, method: Method, step: float) -> float:
 
 
 def _record(worst: Found) -> dict[str, Any]:
+    """Returns the worst place as plain data."""
     from plumbob.reports.view.sweep.text import command as command_line
 
     parameters = {**dict(worst.box.changes), **worst.parameters}

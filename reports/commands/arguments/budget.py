@@ -1,4 +1,4 @@
-"""The processor time that the exact motion of a scene may take before a command uses it."""
+"""The processor time that a command may spend on the exact motion of a scene."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from plumbob.models.scene import Case
 
 
 def certify(case: Case, last: float, budget: float, fraction: float = 1.0) -> None:
-    """Integrate the exact motion of a `case` up to `last` [s], if it is known by integration alone:
-    the motion is kept for later use. Raises ParameterError if that takes more than a `fraction` of
-    the `budget` [s] of processor time."""
+    """Integrates the exact motion of `case` up to the time `last` [s], if only integration gives
+    it. The motion is kept for later use. Raises ParameterError if the integration takes more than
+    the `fraction` of the `budget` [s] of processor time."""
     from plumbob.reports.commands.arguments.console import progress
 
     allowed_seconds = fraction * budget

@@ -1,4 +1,4 @@
-"""The arguments of a command, as its file in `reports/commands/options` has them."""
+"""Declares the arguments of a command from its TOML file in `reports/commands/options`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
 
 OPTIONS = Path(__file__).parents[1] / "options"
-Reader = Callable[[Any], Any]  # of an argument's text; raises ParameterError
-NAMES = "names"  # an epilog: what --set takes
+Reader = Callable[[Any], Any]  # from an argument's text to its value; raises ParameterError
+NAMES = "names"  # placeholder of the text that lists the parameters of --set
 
 
 def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> None:
@@ -79,18 +79,20 @@ def read_values(chosen: argparse.Namespace) -> None:
 
 
 def _read_toml(file: Path, constants: dict[str, Any]) -> dict[str, Any]:
+    """Returns the tables of a TOML file, after each {NAME} is replaced by the constant NAME."""
     return tomllib.loads(file.read_text("utf-8").format_map(constants))
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """Help that looks the names of parameters up when it is printed: systems take time to load."""
+    """Help text that looks up the names of parameters only when it is printed, because loading the
+    systems takes time."""
 
     def add_text(self, text: str | None) -> None:
         super().add_text(_parameter_names() if text == NAMES else text)
 
 
 def _parameter_names() -> str:
-    """Every system with its parameters, a paragraph each."""
+    """Returns a paragraph for each system, with the names of its parameters."""
     paragraphs = (
         textwrap.fill(
             ", ".join(system.parameters),

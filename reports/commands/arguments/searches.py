@@ -1,4 +1,4 @@
-"""A study of searches alone, without errors and costs of scenes."""
+"""A study of searches alone: no errors of scenes and no costs are measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several audits by one command: which files are meant, and a row for each of them."""
+"""Audits of several models by one command: the files, a row for each file, and the table of all."""
 
 from __future__ import annotations
 
@@ -28,44 +28,46 @@ from plumbob.reports.view.terminal import aligned
 
 INCLUDED_FILE = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"'\0]+)[\"']")
 ROOT_ELEMENT = re.compile(r"<mujoco[\s>]")
-# A file with no other elements of MJCF than these is a part of models, and no model itself.
+# A file whose elements are all among these is a part of other models, and no model itself.
 PART_ELEMENTS = frozenset(
     ("asset", "compiler", "custom", "default", "extension", "option", "size", "statistic")
 ) | {"actuator", "contact", "equality", "keyframe", "sensor", "tendon", "visual"}
-REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
+REFUSED, LOST = 2, 3  # exit codes: bad input; a process that died or hung
 PAGE = "audit-models.html"
 # A link to the page of one audit: the page's builder writes it as a place of the same page.
 PAGE_LINK = re.compile(r'href="#(audit-[^"]*\.html)"')
 # The attributes of MJCF on which the error of a step depends.
 STEP_SETTINGS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")
-ESCAPES = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})  # in a workflow command
+# Escapes of the message in a workflow command.
+ESCAPES = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
 PROPERTY_ESCAPES = ESCAPES | str.maketrans({":": "%3A", ",": "%2C"})
-ANSWERS = ("reference", "your error", "to do")  # lines of an audit
+# First words of the lines of an audit that GitHub shows.
+ANSWERS = ("reference", "your error", "to do")
 
 
 @dataclass(frozen=True)
 class Row:
-    """The audit of a file, or why it has none."""
+    """The result of auditing one file, or the reason why the file has no audit."""
 
     path: str
-    error: float | None  # [m], of the model's own step; infinite where it diverges
-    step: float | None  # [s]
-    says: str  # what to do about it, or why there is no audit
-    code: int  # the exit code that this file alone would have
-    data: dict[str, Any]  # what --json prints of it
+    error: float | None  # [m] error at the model's own step; infinite if the run diverges
+    step: float | None  # [s] the model's own step
+    says: str  # advice of the audit, or the reason why there is none
+    code: int  # exit code of an audit of this file alone
+    data: dict[str, Any]  # record that --json prints
     page: str = ""  # name of the file's own page
-    missed: str = ""  # what is asked for, and why
-    lines: tuple[str, ...] = ()  # of its answer
-    seconds: float = 0.0  # wall time
+    missed: str = ""  # requirements that the audit misses, with reasons
+    lines: tuple[str, ...] = ()  # lines of the audit on the terminal
+    seconds: float = 0.0  # [s] wall time of the audit
 
     @property
     def diverges(self) -> bool:
-        """Whether the run at the model's own step does."""
+        """Whether the run at the model's own step diverges."""
         return self.error is not None and math.isinf(self.error)
 
 
 def refused_row(path: str, why: str, code: int = REFUSED) -> Row:
-    """The row of a file that has no audit."""
+    """Returns the row of a file that has no audit, for the reason `why`."""
     data = {"model": path, "path": path, "error": None, "why": why}
     return Row(path, None, None, why, code, data)
 
@@ -73,10 +75,11 @@ def refused_row(path: str, why: str, code: int = REFUSED) -> Row:
 def model_files(
     words: Sequence[str], models_only: bool = False
 ) -> tuple[list[Path] | None, list[Path]]:
-    """Returns the files that `words` mean and the .xml files that are skipped, as they hold no
-    model. A word is a file, a pattern, or a folder, which means every model below it that no other
-    model there includes. The first value is None if the only word is one file. Files are skipped in
-    folders, with `models_only` everywhere. Raises ParameterError if a word means no file."""
+    """Returns the model files that `words` mean, and the .xml files that hold no model and are
+    skipped. A word is a file, a pattern or a folder. A folder means every model below it that no
+    other model in that folder includes. The first value is None if the only word is one file. Files
+    are skipped in folders; with `models_only`, they are skipped everywhere. Raises ParameterError
+    if a word means no file."""
     alone = len(words) == 1 and not Path(words[0]).is_dir() and not _is_pattern(words[0])
     if alone and not models_only:
         return None, []
@@ -102,12 +105,13 @@ def model_files(
 
 
 def _is_pattern(word: str) -> bool:
+    """Returns whether `word` is a pattern with wildcards and not the name of a file."""
     return glob.has_magic(word) and not Path(word).exists()
 
 
 def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
-    """The MJCF models below `folder` that no other file there includes, each once, and the files
-    there that hold no model."""
+    """Returns the MJCF models below `folder` that no other file in it includes, and the files that
+    hold no model. A file with several paths is returned once."""
     texts = {path: _text(path) for path in sorted(folder.rglob("*.xml"))}
     included_files = set[str]()
     for path, text in texts.items():
@@ -122,7 +126,8 @@ def _models_in(folder: Path) -> tuple[list[Path], list[Path]]:
 
 
 def _text(path: Path) -> str | None:
-    """The text of a file; None if the file is not regular, too large for a model or unreadable."""
+    """Returns the text of a file; None if the file is not regular, too large for a model or
+    unreadable."""
     try:
         regular_file("model", path)
         with must_be("a file that can be read", "model", str(path)):
@@ -132,7 +137,8 @@ def _text(path: Path) -> str | None:
 
 
 def _is_model(path: Path, text: str | None) -> bool:
-    """Whether a file holds a model, or might hold one: its row then says why it has no audit."""
+    """Returns whether a file holds a model. A file that cannot be read or parsed counts as a model,
+    so that its row says why it has no audit."""
     if text is None or path.suffix != ".xml":
         return True
     try:
@@ -145,9 +151,10 @@ def _is_model(path: Path, text: str | None) -> bool:
 def audit_rows(
     files: Sequence[Path], audit_row: Callable[[Path], Row], jobs: int, limit: float
 ) -> Iterator[Row]:
-    """A row for each file as they are done, in up to `jobs` processes, the largest first, since one
-    that takes long and begins last is waited for; one that dies, or takes more processor time than
-    `limit` [s], costs its own row."""
+    """Gives the row of each file as soon as `audit_row` has returned it, from up to `jobs`
+    processes. The largest file is audited first: a long audit that begins last would delay the end.
+    If a process dies or takes more processor time than `limit` [s], its file has a row with the
+    reason."""
 
     def size(path: Path) -> int:
         return path.stat().st_size if path.is_file() else 0
@@ -164,18 +171,19 @@ def audit_rows(
 
 
 def sorted_rows(rows: Sequence[Row]) -> list[Row]:
-    """The largest error first, what has none last."""
+    """Returns the rows by falling error; rows without an error come last."""
     return sorted(rows, key=lambda row: (row.error is None, -(row.error or 0.0), row.path))
 
 
 def shared_folder(paths: Sequence[str]) -> str:
-    """The folder that all these files share."""
+    """Returns the deepest folder that contains all these files."""
     return os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in paths])
 
 
 def page_names(files: Sequence[Path]) -> dict[str, str]:
-    """The name of each file's page, without its ending: its path from the folder that all share,
-    and -2 where another page has that name."""
+    """Returns the name of each file's page without its ending, by the path of the file. The name is
+    `audit` and the path from the folder that all files share; -2 is added if another page has that
+    name."""
     shared = shared_folder(list(map(str, files)))
     taken = {PAGE.removesuffix(".html")}
     names = dict[str, str]()
@@ -190,25 +198,26 @@ def page_names(files: Sequence[Path]) -> dict[str, str]:
 
 
 def relative_rows(rows: Sequence[Row]) -> list[tuple[str, Row]]:
-    """The rows with their paths from the folder that all share."""
+    """Returns the rows with their paths relative to the folder that all files share."""
     shared = shared_folder([row.path for row in rows])
     return [(os.path.relpath(row.path, shared), row) for row in rows]
 
 
 def audit_table(rows: Sequence[Row]) -> Finding:
-    """The rows as a page and a terminal have them."""
+    """Returns the table of all audits, for a page and for the terminal."""
     (finding,) = worded("audit/several", {"rows": relative_rows(rows)})
     return finding
 
 
 def table_lines(rows: Sequence[Row]) -> list[str]:
-    """The table as text; nothing without rows."""
+    """Returns the lines of the table of all audits; an empty list if there are no rows."""
     return list(aligned(audit_table(rows).tables[0])) if rows else []
 
 
 def workflow_commands(row: Row) -> Iterator[str]:
-    """Workflow commands of GitHub: the answer of an audit on each line of its file that sets the
-    step, the integrator or contacts, or on the first."""
+    """Gives the workflow commands with which GitHub annotates a file with its audit. Each line that
+    sets the step, the integrator or contacts has an annotation; if no line does, the first line has
+    one."""
     file = Path(row.path)
     text = file.read_text("utf-8", "replace") if file.is_file() else ""
     line_numbers = [
@@ -225,7 +234,8 @@ def workflow_commands(row: Row) -> Iterator[str]:
 
 
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
-    """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
+    """Writes the page with the table of all audits into `folder`, whole or not at all, and returns
+    its path. The audits took `seconds` [s]. Raises OSError."""
     text = page_of(audit_table(rows), command, seconds)
 
     def quoted_link(link: re.Match[str]) -> str:
@@ -236,8 +246,9 @@ def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) 
 
 
 def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
-    """Write the largest error as shields.io draws an endpoint: red where what is asked for is
-    missed or a file has no audit, grey without a reference, green within a bound, else blue."""
+    """Writes the largest error as a JSON endpoint of shields.io. The badge is red if a requirement
+    is missed or a file has no audit, grey if an error has no reference, green if errors are
+    `bounded` by the user, and otherwise blue."""
     (message,) = worded_lines("audit_badge", rows=sorted_rows(rows))
     colour = "brightgreen" if bounded else "blue"
     if any(row.code for row in rows):
@@ -254,9 +265,9 @@ def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
 
 
 def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
-    """Write a test case for each model that was audited from the time `began` [s] on: a failure
-    where what is asked for is missed, an error where there is no audit, skipped where there is no
-    reference."""
+    """Writes a JUnit file with a test case for each model. A missed requirement is a failure, a
+    model without an audit is an error, and a model without a reference is skipped. The audits began
+    at the time `began` [s]."""
     from plumbob.reports.view.junit import Case, write_cases
 
     cases = []
