@@ -12,11 +12,8 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 
-PATH_OPTIONS = (
-    "--out",
-    "--junitxml",
-    "--like",
-)  # options of `validate` that take a file or a folder
+# Options of `validate` that take a file or a folder.
+PATH_OPTIONS = ("--out", "--junitxml", "--like")
 
 
 def command(chosen: argparse.Namespace) -> int:
