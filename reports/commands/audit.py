@@ -1,4 +1,4 @@
-"""plumbob audit: how wrong a MuJoCo model of one's own is at its own step, and what to choose."""
+"""plumbob audit: the error of your MuJoCo model at its own step, and what to choose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob check-engine: whether an engine's adapter does what plumbob expects of it."""
+"""plumbob check-engine: check that an engine's adapter does what plumbob expects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob cite: what to cite: the suite, and the sources of its systems."""
+"""plumbob cite: how to cite the suite and the sources of its systems."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob compare: two studies: their versions, and what has moved."""
+"""plumbob compare: what has changed between two studies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""plumbob gradient: how wrong derivatives of a method's results, or a model file's, are by way."""
+"""plumbob gradient: derivatives of a method's results, or of a model file's motion, and their
+errors."""
 
 from __future__ import annotations
 

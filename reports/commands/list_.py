@@ -1,4 +1,4 @@
-"""plumbob list: what there is: systems, scenes, methods, models, schemas."""
+"""plumbob list: the names of systems, scenes, methods, models and schemas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob models: the MJCF models, a copy of them, and what engines' readers drop of a file."""
+"""plumbob models: show or copy the MJCF models, or say what engines' readers drop of a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob plan: the capsule brought to a pose: its manoeuvres, their time, where they lead."""
+"""plumbob plan: manoeuvres that bring the capsule to a pose, and where they end."""
 
 from __future__ import annotations
 

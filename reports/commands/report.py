@@ -1,4 +1,4 @@
-"""plumbob report: the pages of a stored study, drawn again; nothing is run."""
+"""plumbob report: draw the pages of a stored study again; nothing is run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob settings: what to paste into a model of your own, or how its settings differ."""
+"""plumbob settings: settings to paste into your own model, or how a file differs from them."""
 
 from __future__ import annotations
 

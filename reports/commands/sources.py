@@ -1,4 +1,4 @@
-"""plumbob sources: every statement of the three papers, and by what it is computed."""
+"""plumbob sources: every statement of the three papers, and what computes it."""
 
 from __future__ import annotations
 

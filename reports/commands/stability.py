@@ -1,5 +1,5 @@
-"""plumbob stability: the largest step at which methods hold on scenes or on a model file, or with
---long the time after which they are wrong, beside its prediction."""
+"""plumbob stability: the largest stable step on scenes or a model file; with --long, the time after
+which a method is wrong; and predictions of both."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob sweep: methods over a grid of parameters: maps of the error, and the worst points."""
+"""plumbob sweep: run methods over a grid of parameters: maps of the error, and the worst points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""plumbob validate: the main job: measure scenes with methods, judge, and write the page."""
+"""plumbob validate: measure scenes with methods, judge the errors, and write the pages."""
 
 from __future__ import annotations
 

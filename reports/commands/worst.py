@@ -1,4 +1,4 @@
-"""plumbob worst: the parameters in a box for which a method is worst."""
+"""plumbob worst: search a box of parameters for the largest error of a method."""
 
 from __future__ import annotations
 
