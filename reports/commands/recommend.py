@@ -201,7 +201,7 @@ def _answered_by_study(chosen: argparse.Namespace) -> bool:
 
 def _check_observable(observable: str | None, observables: Observables) -> None:
     """Raises ParameterError if `observable` is given and is none of the `observables`."""
-    names = [o.name for o in observables]
+    names = [known.name for known in observables]
     if observable not in (None, *names):
         raise ParameterError(
             "observable", observable, f"one of {nearest(str(observable), names)}"

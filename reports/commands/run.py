@@ -200,8 +200,8 @@ def _file_record(
 
 
 def _timed_run(scene: Scene, method: Method, step: float) -> TimedRun:
-    """Returns a run, its cost, and the time [ns] of the reference step. The cost is None if the run
-    did not finish."""
+    """Returns the run of a scene, its cost, and the time [ns] of the reference step. The cost is
+    None if the run did not finish."""
     answer = _call_isolated(method, _measure_and_time, scene, method, step)
     if isinstance(answer, Lost):
         lost = Measurement(scene.name, method.name, step, "missing", reason=answer.why)
@@ -220,7 +220,7 @@ def _call_isolated(method: Method, function: Callable[..., Any], *arguments: Any
 
 
 def _measure_and_time(scene: Scene, method: Method, step: float) -> TimedRun:
-    """Returns a run, its cost, and the time [ns] of the reference step."""
+    """Returns the run of a scene, its cost, and the time [ns] of the reference step."""
     case = case_of(scene)
     run = held_to_cost(case, method, measure(case, method, step)[0])
     timed = costs(scene, [(method, step)] if run.status == "done" else [])
@@ -228,8 +228,8 @@ def _measure_and_time(scene: Scene, method: Method, step: float) -> TimedRun:
 
 
 def _methods(name: str | None, like: str | None) -> list[Method]:
-    """Returns the method of that name and the user's own settings as a method. Raises
-    ParameterError."""
+    """Returns the methods to run: the method called `name`, if there is one, then the settings of
+    the user's file `like`. Raises ParameterError if both are None."""
     if name is None and like is None:
         raise ParameterError("method", name, "given: engine/name, or --like FILE")
     user_methods = [own_method(like)] if like else []
@@ -239,7 +239,7 @@ def _methods(name: str | None, like: str | None) -> list[Method]:
 
 
 def _exit_code(scene: Scene, method: Method, run: Measurement, judged: Judgement) -> int:
-    """Returns the exit code for one run."""
+    """Returns the exit code for the run of one method."""
     if run.status == "missing":
         return INCOMPLETE
     if method.name == USER_METHOD:  # the user's own settings have no expected verdict

@@ -70,8 +70,8 @@ def command(chosen: argparse.Namespace) -> int:
 def _print_file_limits(chosen: argparse.Namespace) -> int:
     """Prints the largest steps that hold along the motion of a model file. The methods are those
     that the user names; by default, the file's own integrator and all others. Returns 1 if the
-    file's own step is unstable by the first method. Returns 3 if that is not known, if the motion
-    is not certified, or if an engine is not installed."""
+    file's own step is unstable by the first method. Returns 3 if the limit of the first method is
+    not known, if the motion is not certified, or if an engine is not installed."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.reference import certified
@@ -136,7 +136,7 @@ def _measured_study(
 
 def _judged_results(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
     """Gives the judged long runs and largest steps of a study. If the engine of a long run is
-    missing or its process was lost, the result has that as its reason."""
+    missing or its process was lost, the judged result states that reason."""
     for request in study.extras:
         if isinstance(request, LongRunSearch):
             lost = MeasuredLongRun(why="its engine is missing, or its process was lost")
