@@ -95,12 +95,12 @@ def _run_with_exit_code(argv: Sequence[str] | None, interrupts: Sequence[int]) -
 
 def _run_command(argv: Sequence[str] | None) -> int:
     """Runs the command of a command line; returns its exit code."""
-    from plumbob.reports.commands.arguments.options import read
+    from plumbob.reports.commands.arguments.options import read_values
 
     words = list(sys.argv[1:] if argv is None else argv)
     known_first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
     arguments = parser(known_first or COMMANDS).parse_args(words)
-    read(arguments)
+    read_values(arguments)
     # Arguments may hold bytes that are not UTF-8.
     line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
     arguments.line = line.decode()

@@ -1,4 +1,4 @@
-"""plumbob audit: how wrong a MuJoCo model of one's own is at its own step, and what to choose."""
+"""plumbob audit: the error of your MuJoCo model at its own step, and what to choose."""
 
 from __future__ import annotations
 
@@ -28,10 +28,14 @@ from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
-from plumbob.reports.commands import several_audits
-from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.own_file import controls_of
-from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
+from plumbob.reports.commands.arguments import several_audits, values
+from plumbob.reports.commands.arguments.model_file import read_controls
+from plumbob.reports.commands.arguments.several_audits import (
+    Row,
+    model_files,
+    page_names,
+    refused_row,
+)
 from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, page
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
@@ -39,12 +43,14 @@ from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.page import write_file
 
 MISSING = 3
-LARGEST_OLD = 100_000_000  # [bytes] of audits that --against reads
-MISSED = 1  # an accuracy, stability or reference that is asked for
-OTHER = (".urdf", ".mjb")  # models that are no text to trim
-PATIENCE = 10.0  # times the budget of processor time, after which an audit of several hangs
-# Options of one audit, which the other does not take, and of a file, which no environment does.
-OF_MOTION = (
+LARGEST_AUDITS = 100_000_000  # [bytes] largest file that --against reads
+MISSED = 1  # exit code: a required accuracy, stability or reference is missed
+UNTRIMMABLE = (".urdf", ".mjb")  # formats of models that --write-trimmed does not take
+# An audit of several that takes this many times its budget of processor time counts as hung.
+PATIENCE = 10.0
+# Options of the audit of a motion, of the audit of contacts, and of files; the other audit, or an
+# environment, does not take them.
+MOTION_OPTIONS = (
     "qpos",
     "qvel",
     "ctrl",
@@ -60,30 +66,31 @@ OF_MOTION = (
     "engines",
     "against",
 )
-OF_CONTACTS = ("body", "speed", "friction")
-OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
+CONTACT_OPTIONS = ("body", "speed", "friction")
+FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the audits; returns 1 where an accuracy, stability or reference that is asked for is
-    missed."""
+    """Audits the models, prints and writes the audits, and returns the exit code: 1 if an accuracy,
+    a stability or a reference that the user asks for is missed."""
     from plumbob.reports.commands.arguments.console import progress
 
-    _checked(chosen)
-    files, others = (
-        model_files(chosen.model, chosen.models_only) if not chosen.gym else (None, [])
-    )
+    _check_arguments(chosen)
+    files: list[Path] | None = None
+    skipped: list[Path] = []
+    if not chosen.gym:
+        files, skipped = model_files(chosen.model, chosen.models_only)
     if files == []:
-        _note_skipped(others)
+        _note_skipped(skipped)
         if chosen.json:
             values.print_json([])
         return 0
     chosen.alone = files is None
     models = files or [Path(chosen.gym or chosen.model[0])]
     began = time.time()
-    done = list[Row]()
-    audited = partial(_audited, chosen=chosen, pages=_pages(chosen, models))
-    _note_skipped(others)
+    audit_row = partial(_audit_row, chosen=chosen, pages=_page_files(chosen, models))
+    _note_skipped(skipped)
+    finished = list[Row]()
     with progress() as show:
         if files is None:
             try:
@@ -91,119 +98,141 @@ def command(chosen: argparse.Namespace) -> int:
             except ImportError as why:
                 print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
                 return MISSING
-            shown: dict[str, Any] = {"progress": lambda what: show(what, 0, 0)}
+            callbacks: dict[str, Any] = {"progress": lambda part: show(part, 0, 0)}
             if not chosen.json:
-                shown["begun"] = partial(_first_line, chosen=chosen)
-            rows = iter([audited(model, jobs=chosen.jobs, **shown)])
+                callbacks["begun"] = partial(_print_first_line, chosen=chosen)
+            rows = iter([audit_row(model, jobs=chosen.jobs, **callbacks)])
         else:
             limit = PATIENCE * chosen.budget
-            rows = several_audits.audited(files, audited, chosen.jobs, limit)
+            rows = several_audits.audit_rows(files, audit_row, chosen.jobs, limit)
         for row in rows:
-            done.append(row)
+            finished.append(row)
             if not chosen.alone:
-                show(f"{row.path} audited", len(done), len(models))
-    _report(several_audits.sorted_rows(done), chosen, began)
-    return max(row.code for row in done)
+                show(f"{row.path} audited", len(finished), len(models))
+    sorted_rows = several_audits.sorted_rows(finished)
+    _write_files(sorted_rows, chosen, began)
+    _print_rows(sorted_rows, chosen)
+    return max(row.code for row in finished)
 
 
-def _pages(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]:
-    """The file names of the audits' pages by model. Raises ParameterError if a file asked for
-    cannot be written, or if a single model is no regular file: before anything is audited."""
-    if chosen.write_trimmed and (not chosen.alone or chosen.gym or models[0].suffix in OTHER):
-        what = "left out, but with a single MJCF file"
-        raise ParameterError("write trimmed", chosen.write_trimmed, what)
+def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]:
+    """Returns the file name of each audit's page by model. Nothing is audited before this check:
+    raises ParameterError if a file that the user asks for cannot be written, or if the single model
+    is no regular file."""
+    if chosen.write_trimmed and (
+        not chosen.alone or chosen.gym or models[0].suffix in UNTRIMMABLE
+    ):
+        expected = "left out, but with a single MJCF file"
+        raise ParameterError("write trimmed", chosen.write_trimmed, expected)
     ending = "-contacts.html" if chosen.contacts else ".html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
-    several = [] if chosen.alone else [several_audits.PAGE]
-    _writable(chosen, models, [*pages.values(), *several])
+    written_pages = list(pages.values())
+    if not chosen.alone:
+        written_pages.append(several_audits.PAGE)
+    _check_targets(chosen, models, written_pages)
     if chosen.alone and not chosen.gym:
         regular_file("model", models[0], math.inf)
     return pages
 
 
 def _note_skipped(others: Sequence[Path]) -> None:
-    """Say in one line how many files of a folder are not models."""
+    """Says in one line on stderr how many files of a folder hold no model."""
     from plumbob.reports.commands.arguments.console import note
 
     if others:
         note(f"{len(others)} files are no models and are skipped, such as {others[0]}")
 
 
-def _first_line(audit: Audit, chosen: argparse.Namespace) -> None:
-    """Print what is audited before the audit begins, also into a pipe or a file."""
-    print(answer_lines(audit_answer(_called(audit, chosen)))[0], flush=True)
+def _print_first_line(audit: Audit, chosen: argparse.Namespace) -> None:
+    """Prints the first line, which names the audited motion, before the audit begins; also into a
+    pipe or a file."""
+    print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
 
 
-def _called(audit: Audit, chosen: argparse.Namespace) -> Audit:
-    """An audit with the names of its environment and of the file of its control."""
+def _with_given_names(audit: Audit, chosen: argparse.Namespace) -> Audit:
+    """Returns `audit` with the name of its environment, and with the name of the file that gives
+    its control."""
     control = audit.control if chosen.ctrl in KINDS else Path(chosen.ctrl).name
     return replace(audit, name=chosen.gym or audit.name, control=control)
 
 
-def _report(done: Sequence[Row], chosen: argparse.Namespace, began: float) -> None:
-    """Print and write all audits: of one file, if `chosen.alone`, or of several."""
-    alone = chosen.alone
-    if chosen.out is not None and not alone:
+def _write_files(rows: Sequence[Row], chosen: argparse.Namespace, began: float) -> None:
+    """Writes the page of the table, the JUnit file and the badge that the user asks for, and prints
+    where the page is. The audits began at the time `began` [s]."""
+    if chosen.out is not None:
         out = Path(chosen.out)
-        seconds = time.time() - began
-        print(several_audits.write_page(done, out, chosen.line, seconds), file=sys.stderr)
-    elif chosen.out is not None and done[0].page:
-        print(Path(chosen.out) / done[0].page, file=sys.stderr)
+        if not chosen.alone:
+            seconds = time.time() - began
+            page_file = several_audits.write_page(rows, out, chosen.line, seconds)
+            print(page_file, file=sys.stderr)
+        elif rows[0].page:
+            print(out / rows[0].page, file=sys.stderr)
     if chosen.junitxml:
-        several_audits.write_junit(Path(chosen.junitxml), done, began)
+        several_audits.write_junit(Path(chosen.junitxml), rows, began)
     if chosen.badge:
-        several_audits.write_badge(Path(chosen.badge), done, chosen.absolute is not None)
+        several_audits.write_badge(Path(chosen.badge), rows, chosen.absolute is not None)
+
+
+def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
+    """Prints the audit if there is one model, else the table of all; on stderr, the workflow
+    commands and what is missed."""
+    alone = chosen.alone
     if not alone and chosen.json:
-        values.print_json([{**row.data, "path": row.path} for row in done])
-    elif chosen.json and done[0].lines:
-        values.print_json(done[0].data)
+        values.print_json([{**row.data, "path": row.path} for row in rows])
+    elif chosen.json and rows[0].lines:
+        values.print_json(rows[0].data)
+    elif alone:
+        # The first line of a motion's audit is printed before the audit begins.
+        first = 0 if chosen.contacts else 1
+        for line in rows[0].lines[first:]:
+            print(line)
     else:
-        printed = 0 if chosen.contacts else 1  # a motion's first line, since the beginning
-        for line in done[0].lines[printed:] if alone else several_audits.lines(done):
+        for line in several_audits.table_lines(rows):
             print(line)
     if chosen.github:
-        marks = (mark for row in done for mark in several_audits.workflow_commands(row))
-        print(*marks, sep="\n", file=sys.stderr)
-    for row in done:
+        for row in rows:
+            print(*several_audits.workflow_commands(row), sep="\n", file=sys.stderr)
+    for row in rows:
         if row.missed or (alone and row.code):
             print("plumbob:", *(row.missed or row.says).split(), file=sys.stderr)
 
 
-def _checked(chosen: argparse.Namespace) -> None:
-    """Fill in what is left out; raises ParameterError for what does not fit."""
+def _check_arguments(chosen: argparse.Namespace) -> None:
+    """Fills in defaults of arguments. Raises ParameterError if two arguments do not go together."""
     if chosen.policy is not None and chosen.ctrl != "rest":
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
     if chosen.fail_above is not None and chosen.against is None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
-        values.without(chosen, OF_FILES, "left out with --gym")
+        values.refuse_options(chosen, FILE_OPTIONS, "left out with --gym")
         chosen.seed = values.count("seed", chosen.seed or "0", 0)
     elif chosen.seed is not None:
         raise ParameterError("seed", chosen.seed, "given with --gym")
     elif not (chosen.model and all(chosen.model)):
         raise ParameterError("model", chosen.model or None, "a file, or --gym in its place")
     if chosen.contacts:
-        values.without(chosen, OF_MOTION, "left out with --contacts")
+        values.refuse_options(chosen, MOTION_OPTIONS, "left out with --contacts")
     else:
-        values.without(chosen, OF_CONTACTS, "given with --contacts")
+        values.refuse_options(chosen, CONTACT_OPTIONS, "given with --contacts")
     chosen.budget = chosen.budget or AUDIT_SECONDS
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
-        new_file(Path(chosen.write_trimmed))
+        check_new_file(Path(chosen.write_trimmed))
     if chosen.against is not None:
-        chosen.against = stored_audits(Path(chosen.against))
+        chosen.against = read_audits(Path(chosen.against))
 
 
-def _writable(
+def _check_targets(
     chosen: argparse.Namespace, models: Sequence[Path], pages: Collection[str]
 ) -> None:
-    """Raises ParameterError if one of the `pages` or another file asked for cannot be written, or
-    would replace one of the `models` or another file that plumbob has not written."""
+    """Raises ParameterError if one of the `pages` or another file that the user asks for cannot be
+    written, or would replace a model or a file that plumbob has not written."""
     from plumbob.reports.commands.arguments.console import writable_folder
 
     taken = {Path(os.path.realpath(path)) for path in models}
     for name in ("junitxml", "badge"):
-        if file := getattr(chosen, name):
+        file = getattr(chosen, name)
+        if file:
             target = check_replaceable(name, Path(file))
             if target in taken:
                 raise ParameterError(name, file, "neither a model nor another file asked for")
@@ -213,70 +242,73 @@ def _writable(
         out = Path(chosen.out)
         for page_name in pages:
             check_replaceable("out", out / page_name)
-        writable_folder(
-            "out", next(folder for folder in (out, *out.parents) if folder.exists())
-        )
+        existing_folder = next(folder for folder in (out, *out.parents) if folder.exists())
+        writable_folder("out", existing_folder)
 
 
-def _audited(
+def _audit_row(
     model: Any,
     chosen: argparse.Namespace,
     pages: Mapping[str, str],
     jobs: int = 1,
-    **shown: Any,
+    **callbacks: Any,
 ) -> Row:
-    """All that is printed of the audit of a file, or environment, its page written where one is
-    wanted, by the name that `pages` has for it; or why it has none."""
+    """Audits a model file or an environment, writes its page if the user asks for pages, and
+    returns its row. `pages` has the names of the pages by path. If the audit is refused, the row
+    has the reason."""
     path = chosen.gym or str(model)
     try:
-        result = _result(model, path, chosen, jobs, **shown)
+        result = _run_audit(model, path, chosen, jobs, **callbacks)
         answer = audit_answer(result)
-        missed = "; ".join(_missed(result, chosen))
-        name = "" if chosen.out is None else _written(answer, result, pages[path], chosen)
+        missed = "; ".join(_missed_requirements(result, chosen))
+        page_name = ""
+        if chosen.out is not None:
+            page_name = _write_page(answer, result, pages[path], chosen)
     except ParameterError as why:
-        return refused(path, str(why))
+        return refused_row(path, str(why))
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
     return Row(
-        path,
-        None if math.isnan(error) else error,
-        result.step,
-        dict(answer_rows(answer)).get("to do", ""),
-        MISSED if missed else 0,
-        record(result),
-        name,
-        missed,
-        tuple(answer_lines(answer)),
-        result.seconds,
+        path=path,
+        error=None if math.isnan(error) else error,
+        step=result.step,
+        says=dict(answer_rows(answer)).get("to do", ""),
+        code=MISSED if missed else 0,
+        data=record(result),
+        page=page_name,
+        missed=missed,
+        lines=tuple(answer_lines(answer)),
+        seconds=result.seconds,
     )
 
 
-def _written(
+def _write_page(
     answer: Finding,
     result: Audit | ContactAudit,
     name: str,
     chosen: argparse.Namespace,
 ) -> str:
-    """The name of the page of an audit, written; raises ParameterError where it cannot be."""
+    """Writes the page of an audit into the folder --out and returns the page's name. Raises
+    ParameterError if the page cannot be written."""
     from plumbob.reports.analyses.replay.geoms import audit_replay
 
-    shown = audit_replay(result) if isinstance(result, Audit) else None
+    replay = audit_replay(result) if isinstance(result, Audit) else None
     try:
-        write_file(page(answer, result, chosen.line, shown), Path(chosen.out), name)
+        write_file(page(answer, result, chosen.line, replay), Path(chosen.out), name)
     except OSError as error:
-        what = f"a folder to write into ({error})"
-        raise ParameterError("out", chosen.out, what) from None
+        expected = f"a folder to write into ({error})"
+        raise ParameterError("out", chosen.out, expected) from None
     return name
 
 
-def _result(
+def _run_audit(
     model: Any,
     path: str,
     chosen: argparse.Namespace,
     jobs: int,
-    **shown: Any,
+    **callbacks: Any,
 ) -> Audit | ContactAudit:
-    """The audit of one file, or environment, of which `audit` calls what is `shown`; raises
-    ParameterError."""
+    """Returns the audit of a model file or an environment. `callbacks` go to `audit` as they are.
+    Raises ParameterError."""
     if chosen.contacts:
         return audit_contacts(
             model,
@@ -285,102 +317,119 @@ def _result(
             friction=chosen.friction,
             keyframe=chosen.keyframe,
         )
-    old = None if chosen.against is None else audit_of(Path(path), chosen.against, chosen.alone)
-    begun = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
+    old_audit = None
+    if chosen.against is not None:
+        old_audit = matching_audit(Path(path), chosen.against, chosen.alone)
+    start = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
     result: Audit = audit(
         model,
-        chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
-        **begun,
+        chosen.ctrl if chosen.ctrl in KINDS else read_controls(Path(chosen.ctrl)),
+        **start,
         duration=chosen.duration,
         period=chosen.ctrl_period,
         budget=chosen.budget,
         jobs=jobs,
         gradient=chosen.gradient,
-        policy=None if chosen.policy is None else policy_of(chosen.policy),
-        engines=engines_of(chosen.engines),
-        **shown,
+        policy=None if chosen.policy is None else load_policy(chosen.policy),
+        engines=engine_names(chosen.engines),
+        **callbacks,
     )
-    result = _called(result, chosen)
+    result = _with_given_names(result, chosen)
     if chosen.write_trimmed is not None:
-        result = trimmed_file(result, model, Path(chosen.write_trimmed), Start(**begun))
-    return result if old is None else replace(result, changes=changes(old, record(result)))
+        result = write_trimmed_file(result, model, Path(chosen.write_trimmed), Start(**start))
+    if old_audit is not None:
+        result = replace(result, changes=changes(old_audit, record(result)))
+    return result
 
 
-def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterator[str]:
-    """Why what is asked for is missed."""
-    asked = {"assert_stable": chosen.stable, "assert_referenced": chosen.require_reference}
-    held: list[Callable[[], None]] = [getattr(result, name) for name in asked if asked[name]]
+def _missed_requirements(
+    result: Audit | ContactAudit, chosen: argparse.Namespace
+) -> Iterator[str]:
+    """Gives a sentence for each requirement of the user that the audit misses."""
+    requirements: list[Callable[[], None]] = []
+    if isinstance(result, Audit) and chosen.stable:
+        requirements.append(result.assert_stable)
+    if isinstance(result, Audit) and chosen.require_reference:
+        requirements.append(result.assert_referenced)
     if chosen.absolute is not None:
-        held.append(partial(result.assert_within, chosen.absolute))
-    for check in held:
+        requirements.append(partial(result.assert_within, chosen.absolute))
+    for requirement in requirements:
         try:
-            check()
+            requirement()
         except AssertionError as why:
             yield str(why)
-    # lost: infinite
-    above = sys.float_info.max if chosen.fail_above is None else chosen.fail_above
-    for moved in getattr(result, "changes", None) or ():
-        if (moved.growth or 0.0) > above:
-            yield f"{result.name}: {moved.what} {moved.old} -> {moved.new}"
+    # The growth of a value that is lost is infinite: it always counts.
+    largest_growth = sys.float_info.max if chosen.fail_above is None else chosen.fail_above
+    for change in getattr(result, "changes", None) or ():
+        if (change.growth or 0.0) > largest_growth:
+            yield f"{result.name}: {change.what} {change.old} -> {change.new}"
 
 
-def stored_audits(file: Path) -> list[Any]:
-    """The audits of motions in a file, as --json printed them; raises ParameterError."""
-    what = "a file that this `plumbob audit --json` has printed"
-    regular_file("against", file, LARGEST_OLD)
-    with must_be(what, "against", str(file)):
+def read_audits(file: Path) -> list[Any]:
+    """Returns the audits in a file that --json has written. Raises ParameterError."""
+    expected = "a file that this `plumbob audit --json` has printed"
+    regular_file("against", file, LARGEST_AUDITS)
+    with must_be(expected, "against", str(file)):
         content = json.loads(file.read_text("utf-8"), parse_int=float)
-        stored: list[Any] = content if isinstance(content, list) else [content]
-        for old in stored:
-            Path(old.get("path", old["model"])).exists()
-            changes(old, old)  # reads all that a comparison will
-        return stored
+        audits: list[Any] = content if isinstance(content, list) else [content]
+        for stored in audits:
+            # The comparison with itself fails here, not after the audit, if a value is unusable.
+            Path(stored.get("path", stored["model"])).exists()
+            changes(stored, stored)
+        return audits
 
 
-def audit_of(file: Path, stored: Sequence[Mapping[str, Any]], alone: bool) -> Mapping[str, Any]:
-    """The audit of a file among those that are `stored`: by its path, else its name, or the only
-    one, of a file that is `alone`, too; raises ParameterError."""
+def matching_audit(
+    file: Path, stored: Sequence[Mapping[str, Any]], alone: bool
+) -> Mapping[str, Any]:
+    """Returns the audit in `stored` that belongs to `file`: the audit with its path, or else with
+    its name. If `file` is audited `alone`, a single stored audit belongs to it under any name.
+    Raises ParameterError if no audit or several audits match."""
     paths = [Path(old.get("path", old.get("model", ""))) for old in stored]
-    by_path = [path == file for path in paths]
-    by_name = [path.name == file.name for path in paths]
-    for same in (by_path, by_name, [alone] * len(stored)):
-        if sum(same) == 1:
-            return stored[same.index(True)]
+    same_path = [path == file for path in paths]
+    same_name = [path.name == file.name for path in paths]
+    for matches in (same_path, same_name, [alone] * len(stored)):
+        if sum(matches) == 1:
+            return stored[matches.index(True)]
     raise ParameterError("against", str(file), "a model whose audit is in that file")
 
 
-def engines_of(names: str | None) -> tuple[str, ...]:
-    """The engines of a list of names with commas, or `all` that are installed."""
-    return readers() if names == "all" else tuple(filter(None, (names or "").split(",")))
+def engine_names(names: str | None) -> tuple[str, ...]:
+    """Returns the names in a list with commas; all installed engines that read model files if the
+    list is `all`."""
+    if names == "all":
+        return readers()
+    return tuple(name for name in (names or "").split(",") if name)
 
 
-def new_file(target: Path) -> None:
-    """Raises ParameterError where no file can be written, or one is there."""
-    what = "an .xml file that does not exist yet, in a folder that can be written to"
+def check_new_file(target: Path) -> None:
+    """Raises ParameterError if the file `target` exists or cannot be written."""
+    expected = "an .xml file that does not exist yet, in a folder that can be written to"
     try:
         if target.suffix != ".xml":
-            raise ParameterError("write trimmed", str(target), what)
+            raise ParameterError("write trimmed", str(target), expected)
         target.touch(exist_ok=False)
         target.unlink()
     except OSError as error:
-        what += f" ({error.strerror})"
-        raise ParameterError("write trimmed", str(target), what) from None
+        expected += f" ({error.strerror})"
+        raise ParameterError("write trimmed", str(target), expected) from None
 
 
 @quiet()
-def trimmed_file(
+def write_trimmed_file(
     audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS
 ) -> Audit:
-    """Write the model `source` without what `audit` leaves out, and run it as it is read back;
-    raises ParameterError where nothing is, or it cannot be written."""
+    """Writes the model `source` into `target` without the parts that `audit` found needless.
+    Returns `audit` with the errors of a run of the written file. Raises ParameterError if no part
+    is needless or the file cannot be written."""
     together = audit.trims.together if audit.trims else None
     models = user_models()
     if together is None or audit.found is None:
         raise ParameterError(
             "write trimmed", str(target), "left out: nothing of the model can go"
         )
-    left_out = models.write_trimmed(source, together.changes, target)
-    offered = [(left_out, models.model(target, start))]
+    removed = models.write_trimmed(source, together.changes, target)
+    offered = [(removed, models.model(target, start))]
     steps = audit.found
     (read_back,) = effects_of_changes(
         audit.model, audit.script, steps.own.parts, steps.index, offered
@@ -388,17 +437,18 @@ def trimmed_file(
     return replace(audit, written=(target.name, read_back))
 
 
-def policy_of(name: str) -> Policy:
-    """The function MODULE:FUNCTION, also of a module in the present folder; raises
+def load_policy(name: str) -> Policy:
+    """Returns the function MODULE:FUNCTION; the module may lie in the current folder. Raises
     ParameterError."""
     sys.path.insert(0, os.getcwd())
     try:
+        # What the user's module prints does not belong to the answer on stdout.
         with must_be("MODULE:FUNCTION", "policy", name), on_stderr():
-            found = pkgutil.resolve_name(name)
+            policy = pkgutil.resolve_name(name)
     finally:
         sys.path.remove(os.getcwd())
-    if not callable(found):
+    if not callable(policy):
         raise ParameterError(
             "policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel"
         )
-    return cast(Policy, found)
+    return cast(Policy, policy)

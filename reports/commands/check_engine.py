@@ -1,9 +1,10 @@
-"""plumbob check-engine: whether an engine's adapter does what plumbob expects of it."""
+"""plumbob check-engine: check that an engine's adapter does what plumbob expects."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from itertools import product
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import meant
@@ -17,22 +18,25 @@ MISSING = 3
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print one line a check as it is made; returns 1 where one fails, 3 where the engine's package
-    is not installed."""
+    """Prints one line for each check as soon as it is made. Returns 1 if a check fails, 3 if the
+    engine's package is not installed, else 0."""
     methods = find_methods(chosen.name)
     scenes = find_scenes(chosen.scenes, "quick")
     for method in methods:
-        if not installed(engine := engine_of(method)):
+        engine = engine_of(method)
+        if not installed(engine):
             print(f"plumbob: {engine.package} is missing", file=sys.stderr)
             return MISSING
-    if not any(meant(method, scene) for method in methods for scene in scenes):
+    pairs = product(methods, scenes)
+    if not any(meant(method, scene) for method, scene in pairs):
         raise ParameterError("scenes", chosen.scenes, f"some that {chosen.name} is meant for")
-    done: list[CheckOutcome] = []
-    for checked in check_engine(methods, scenes):
-        done.append(checked)
+    outcomes: list[CheckOutcome] = []
+    for outcome in check_engine(methods, scenes):
+        outcomes.append(outcome)
         if not chosen.json:
-            line = f"{checked.status:<11}  {checked.name:<20}  {checked.detail}"
+            line = f"{outcome.status:<11}  {outcome.name:<20}  {outcome.detail}"
             print(line, flush=True)
     if chosen.json:
-        values.print_json(done)
-    return int(any(checked.status == "fail" for checked in done))
+        values.print_json(outcomes)
+    failed = any(outcome.status == "fail" for outcome in outcomes)
+    return 1 if failed else 0

@@ -1,4 +1,5 @@
-"""plumbob gradient: how wrong derivatives of a method's results, or a model file's, are by way."""
+"""plumbob gradient: derivatives of a method's results, or of a model file's motion, and their
+errors."""
 
 from __future__ import annotations
 
@@ -20,9 +21,13 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.budget import certify
-from plumbob.reports.commands.own_file import described, is_file, motion
-from plumbob.reports.commands.stability import measured
+from plumbob.reports.commands.arguments.budget import certify
+from plumbob.reports.commands.arguments.model_file import (
+    is_model_file,
+    model_and_script,
+    motion_record,
+)
+from plumbob.reports.commands.arguments.searches import search_study
 from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected_searches
 from plumbob.reports.view.tables import table
@@ -34,13 +39,15 @@ if TYPE_CHECKING:
     from plumbob.engines.own_motion import OwnModel, Script
 
 INCOMPLETE = 3
-OF_SCENES = ("way", "step", "eps", "at", "jobs", "changes")  # options no file has
+# Options that a model file does not take.
+SCENE_OPTIONS = ("way", "step", "eps", "at", "jobs", "changes")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Measure, print and judge derivatives; 1 where one is not as expected."""
-    if is_file(chosen, OF_SCENES):
-        return _of_file(chosen)
+    """Measures, judges and prints derivatives. Returns 1 if a verdict is not as expected, 3 if an
+    engine is missing."""
+    if is_model_file(chosen, SCENE_OPTIONS):
+        return _print_file_gradient(chosen)
     if not chosen.method:
         raise ParameterError("method", None, "given: engine/name")
     changed = chosen.changes
@@ -48,23 +55,26 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed, chosen):
         case = case_of(find_scene(chosen.scene, changed))
         certify(case, chosen.at or case.scene.duration, chosen.budget)
-        searches = [s for method in methods for s in _searches(chosen, case, method, changed)]
-        judged = list(study_gradients(measured(chosen, methods, searches)))
-    records = [of.record() for of in judged]
+        searches: list[GradientSearch] = []
+        for method in methods:
+            searches += _gradient_searches(chosen, case, method, changed)
+        judged = list(study_gradients(search_study(chosen, methods, searches)))
+    records = [gradient.record() for gradient in judged]
     shown = aligned(table("gradients", records=records))
     values.show(chosen, records, "gradient", rows=shown, judged=judged)
     if unexpected_searches(judged):
         return 1
-    missing = dict.fromkeys(e.package for m in methods if not installed(e := engine_of(m)))
-    for package in missing:
+    engines = [engine_of(method) for method in methods]
+    missing_packages = [engine.package for engine in engines if not installed(engine)]
+    for package in dict.fromkeys(missing_packages):
         print(f"{package} is not installed", file=sys.stderr)
-    return INCOMPLETE if missing else 0
+    return INCOMPLETE if missing_packages else 0
 
 
-def _of_file(chosen: argparse.Namespace) -> int:
-    """Print derivatives of joint coordinates at the end of the motion of a model file, by its start
-    and controls. Returns 3 if the method's engine is missing or cannot express the file, or if none
-    of the derivatives that are asked for is both certified and given by a way."""
+def _print_file_gradient(chosen: argparse.Namespace) -> int:
+    """Prints derivatives of the joint coordinates at the end of a model file's motion by its start
+    and its controls. Returns 3 if the engine is missing or cannot express the file, or if no chosen
+    derivative is both certified and computed by the method."""
     from plumbob.engines.audit.gradient import numbers_of
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.study.provenance import version_of
@@ -73,45 +83,46 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.reports.view.audit.records import gradient_record
 
     with quiet(), progress() as show:
-        model, script = motion(chosen)
-        method, model = _method_of_file(chosen, model)
-        of = _matching("of", chosen.of, model.names["position"])
-        by = _matching("by", chosen.by, numbers_of(model))
+        model, script = model_and_script(chosen)
+        method, model = _file_method(chosen, model)
+        outputs = _matching_names("of", chosen.of, model.names["position"])
+        inputs = _matching_names("by", chosen.by, numbers_of(model))
         try:
-            reference, gradient = _gradient_of_file(
+            reference, gradient = _certified_file_gradient(
                 chosen, method, model, script, lambda part: show(part, 0, 0)
             )
         except Unsupported as reason:
             note(str(reason))
             return INCOMPLETE
-    asked = {"gradient": gradient.between(of, by)} if chosen.of or chosen.by else {}
+    selection = {"gradient": gradient.between(outputs, inputs)}
     engine = engine_of(method)
     answer = {
-        **described(chosen, script, reference, reference.known),
+        **motion_record(chosen, script, reference, reference.known),
         "method": method.name,
         "step": model.step,
         **gradient_record(gradient),
-        **asked,
+        **(selection if chosen.of or chosen.by else {}),
         "versions": {**package_versions(), engine.name: version_of(engine)},
     }
     shown = aligned(table("file_gradients", entries=answer["gradient"]))
     values.show(chosen, answer, "gradient_file", rows=shown, known=gradient, **answer)
-    compared = (
+    comparable = (
         math.isfinite(entry["exact"]) and entry["computed"] is not None
         for entry in answer["gradient"]
     )
-    return 0 if any(compared) else INCOMPLETE
+    return 0 if any(comparable) else INCOMPLETE
 
 
-def _gradient_of_file(
+def _certified_file_gradient(
     chosen: argparse.Namespace,
     method: Method,
     model: OwnModel,
     script: Script,
     show: Callable[[str], None],
 ) -> tuple[Certificate, CertifiedGradient]:
-    """The certified motion of a model file and the derivatives of its end, certified and by a
-    method. Raises Unsupported if there are none, with the whole sentence that says why."""
+    """Returns the certified motion of a model file, and the derivatives of its end: certified, and
+    as the method computes them. Raises Unsupported with a whole sentence as its reason if there are
+    none."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.gradient import certified_gradient
@@ -124,19 +135,22 @@ def _gradient_of_file(
     allowance = Allowance(chosen.budget, progress=show)
     reference = certified(model, script, allowance.part(REFERENCE))
     try:
-        more = Allowance(chosen.budget, progress=show)
-        gradient = certified_gradient(model, script, reference, reference.known, more, method)
+        more_time = Allowance(chosen.budget, progress=show)
+        gradient = certified_gradient(
+            model, script, reference, reference.known, more_time, method
+        )
     except NotCertifiable as why:
-        what = f"{chosen.scene} has no derivatives that are certified"
-        raise Unsupported(f"{what}: {why}") from None
+        sentence = f"{chosen.scene} has no derivatives that are certified: {why}"
+        raise Unsupported(sentence) from None
     except Unsupported as why:
         raise Unsupported(f"{method.name} does not run {chosen.scene}: {why}") from None
     return reference, gradient
 
 
-def _method_of_file(chosen: argparse.Namespace, model: OwnModel) -> tuple[Method, OwnModel]:
-    """The method that a command line names for a model file, and the model with the integrator of a
-    method of MuJoCo's; the model's own integrator if none is named. Raises ParameterError."""
+def _file_method(chosen: argparse.Namespace, model: OwnModel) -> tuple[Method, OwnModel]:
+    """Returns the method for a model file, and the model with that method's integrator if the
+    method is one of MuJoCo's. Without a name on the command line, the method is the model's own
+    integrator. Raises ParameterError."""
     from plumbob.engines.audit.step_of_method import DISCRETE, runs_of
 
     names = chosen.method or [f"mujoco/{model.integrator}"]
@@ -144,58 +158,67 @@ def _method_of_file(chosen: argparse.Namespace, model: OwnModel) -> tuple[Method
         raise ParameterError("method", names, "one method, with a model file")
     method = find_method(names[0])
     run = runs_of(method, (*model.steppable, DISCRETE))
-    return method, model if run == method.name else model.with_integrators((run,))
+    if run != method.name:
+        model = model.with_integrators((run,))
+    return method, model
 
 
-def _matching(option: str, text: str | None, names: Sequence[str]) -> list[str]:
-    """The names that an option means, all without it: each in full, or the kind or the name alone;
-    raises ParameterError."""
+def _matching_names(option: str, text: str | None, names: Sequence[str]) -> list[str]:
+    """Returns the names that the text of an option means; all names if the text is empty. A word
+    means a name, all names of a kind, or all kinds of a name. Raises ParameterError."""
     if not text:
         return list(names)
-    meant = list[str]()
+    selected = list[str]()
     for word in text.split(","):
-        found = [n for n in names if word in (n, n.partition(" ")[0], n.partition(" ")[2])]
-        if not found:
+        matching = []
+        for name in names:
+            kind, _, name_alone = name.partition(" ")
+            if word in (name, kind, name_alone):
+                matching.append(name)
+        if not matching:
             raise ParameterError(option, word, f"one of {nearest(word, names)}")
-        meant += found
-    return list(dict.fromkeys(meant))
+        selected += matching
+    return list(dict.fromkeys(selected))
 
 
-def _searches(
+def _gradient_searches(
     chosen: argparse.Namespace, case: Case, method: Method, changed: dict[str, object]
 ) -> list[GradientSearch]:
-    """A search for each parameter and step; raises ParameterError."""
+    """Returns a search for each parameter and step. Raises ParameterError."""
     from plumbob.models.gradient import numbers
 
     scene = case.scene
     if not meant(method, scene):
         raise ParameterError("method", method.name, f"one that is meant for {scene.name}")
-    of = (
-        chosen.of.split(",")
-        if chosen.of
-        else [q.observable for q in case.system.quantities(case)]
-    )
-    by = chosen.by.split(",") if chosen.by else _usual(case)
-    for name in by:
-        next(numbers(case, name))
+    if chosen.of:
+        observables = chosen.of.split(",")
+    else:
+        observables = [quantity.observable for quantity in case.system.quantities(case)]
+    parameters = chosen.by.split(",") if chosen.by else _default_parameters(case)
+    for name in parameters:
+        next(numbers(case, name))  # raises ParameterError if the scene has no such number
     search = GradientSearch(
-        scene.name,
-        method.name,
-        tuple(dict.fromkeys(of)),
-        "",
-        tuple(dict.fromkeys(chosen.way or ())),
-        None,
-        tuple(chosen.eps or ()),
-        chosen.at,
-        tuple(hashable(changed).items()),
+        scene=scene.name,
+        method=method.name,
+        of=tuple(dict.fromkeys(observables)),
+        by="",
+        ways=tuple(dict.fromkeys(chosen.way or ())),
+        eps=tuple(chosen.eps or ()),
+        at=chosen.at,
+        changes=tuple(hashable(changed).items()),
     )
     search.check(case)
-    every = product(dict.fromkeys(by), dict.fromkeys(chosen.step or (None,)))
-    return [replace(search, by=name, step=step) for name, step in every]
+    steps = dict.fromkeys(chosen.step or (None,))
+    combinations = product(dict.fromkeys(parameters), steps)
+    return [replace(search, by=name, step=step) for name, step in combinations]
 
 
-def _usual(case: Case) -> list[str]:
-    """The start, and the numbers of a scene that are not 0."""
+def _default_parameters(case: Case) -> list[str]:
+    """Returns the names of the scene's start and of its numbers that are not 0."""
     parameters = case.scene.parameters
-    floats = [name for name, value in parameters.items() if isinstance(value, float) and value]
-    return [name for name in parameters if name in floats or name in case.system.start]
+    names = []
+    for name, value in parameters.items():
+        is_nonzero_number = isinstance(value, float) and value != 0.0
+        if is_nonzero_number or name in case.system.start:
+            names.append(name)
+    return names

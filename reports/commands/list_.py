@@ -1,38 +1,43 @@
-"""plumbob list: what there is: systems, scenes, methods, models, schemas."""
+"""plumbob list: the names of systems, scenes, methods, models and schemas."""
 
 from __future__ import annotations
 
 import argparse
+from itertools import chain
 from pathlib import Path
 
 from plumbob.engines.registry import engines, installed
 from plumbob.models.registry import systems
 
 KINDS = ("systems", "scenes", "methods", "models", "schemas")
-SCHEMAS = Path(__file__).parents[1] / "templates" / "schemas"  # of each command's --json
+# Folder of the schemas of what the commands print with --json.
+SCHEMAS = Path(__file__).parents[1] / "templates" / "schemas"
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print names, one a line, with a word on each."""
+    """Prints names, one a line, with a description of each."""
     kinds = [chosen.kind] if chosen.kind else KINDS
+    indent = "  " if len(kinds) > 1 else ""
     for kind in kinds:
         if len(kinds) > 1:
             print(f"{kind}:")
         rows = _rows(kind)
         width = max((len(name) for name, _ in rows), default=0)
-        for name, word in rows:
-            print(f"{'  ' if len(kinds) > 1 else ''}{name:<{width}}  {word}".rstrip())
+        for name, description in rows:
+            print(f"{indent}{name:<{width}}  {description}".rstrip())
     return 0
 
 
 def _rows(kind: str) -> list[tuple[str, str]]:
+    """Returns the name and the description of everything of a `kind`."""
     if kind == "systems":
         return [(name, system.title) for name, system in systems().items()]
     if kind == "scenes":
-        return [(s.name, s.summary) for system in systems().values() for s in system.scenes]
+        scenes = chain.from_iterable(system.scenes for system in systems().values())
+        return [(scene.name, scene.summary) for scene in scenes]
     if kind == "models":
-        # another's may have none
-        files = {s.mjcf for s in systems().values() if s.mjcf.is_file()}
+        # The system of a plug-in may have no model.
+        files = {system.mjcf for system in systems().values() if system.mjcf.is_file()}
         return [(path.stem, str(path)) for path in sorted(files)]
     if kind == "schemas":
         return [(path.stem, str(path)) for path in sorted(SCHEMAS.iterdir())]

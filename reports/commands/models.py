@@ -1,4 +1,4 @@
-"""plumbob models: the MJCF models, a copy of them, and what engines' readers drop of a file."""
+"""plumbob models: show or copy the MJCF models, or say what engines' readers drop of a file."""
 
 from __future__ import annotations
 
@@ -19,21 +19,24 @@ from plumbob.reports.judge.model_readers import file_readings
 
 MODELS = Path(models.__file__).parent
 ABOUT = (MODELS / "README.md", MODELS.parent / "LICENSE", MODELS.parent / "CITATION.cff")
-CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
+CONTACTS = b"solreffriction"  # occurs in each model whose contacts depend on the time step
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print where the models are, or copy them, or check a file; what is there already is not
-    written over."""
+    """Prints where the models are, copies them into a new folder, or says which fields of a file
+    the readers of engines drop. Raises ParameterError."""
     for name, action in (("step", "export"), ("json", "check")):
-        if chosen.action != action and (value := getattr(chosen, name)):
+        value = getattr(chosen, name)
+        if value and chosen.action != action:
             raise ParameterError(name, value, f"given with `plumbob models {action}`")
     if chosen.action == "check":
         with nullcontext(Path(chosen.path)) if chosen.path else every_field() as file:
             readers = file_readings(file)
         values.show(chosen, readers, "models", readers=readers)
         return 0
-    folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})
+    folders = sorted(
+        {system.mjcf.parent for system in systems().values() if system.mjcf.is_file()}
+    )
     if chosen.action != "export":
         for folder in folders:
             print(f"{folder.name}  {folder}")
@@ -42,12 +45,12 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("DIR", None, "given, as `plumbob models export DIR`")
     target = Path(chosen.path)
     step = chosen.step and time_step("step", chosen.step)
-    files = [
-        (_content(path, step), target / folder.name / path.name)
-        for folder in folders
-        for path in sorted(folder.iterdir())
-        if path.suffix in (".xml", ".md", ".png")
-    ] + [(path.read_bytes(), target / path.name) for path in ABOUT]
+    files: list[tuple[bytes, Path]] = []
+    for folder in folders:
+        for path in sorted(folder.iterdir()):
+            if path.suffix in (".xml", ".md", ".png"):
+                files.append((_content(path, step), target / folder.name / path.name))
+    files += [(path.read_bytes(), target / path.name) for path in ABOUT]
     if os.path.lexists(target) and not (target.is_dir() and not any(target.iterdir())):
         raise ParameterError("DIR", str(target), "an empty folder or a new one")
     for content, copy in files:
@@ -58,7 +61,8 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _content(path: Path, step: float | None) -> bytes:
-    """The bytes to write for the file `path`: its contacts, if it has any, for `step` [s]."""
+    """Returns the bytes of a copy of the file `path`; the contacts of a model are set for the time
+    step `step` [s]."""
     content = path.read_bytes()
     steps = find_engine("mujoco").ability(StepsOfFiles)
     if step is None or steps is None or path.suffix != ".xml" or CONTACTS not in content:

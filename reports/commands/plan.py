@@ -1,4 +1,4 @@
-"""plumbob plan: the capsule brought to a pose: its manoeuvres, their time, where they lead."""
+"""plumbob plan: manoeuvres that bring the capsule to a pose, and where they end."""
 
 from __future__ import annotations
 
@@ -48,108 +48,124 @@ MISSING = 3
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what --set takes, and read numbers below zero."""
+    """Adds to --help what --set takes, and lets arguments be negative numbers."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = ABOUT.format(
         body=", ".join(CAPSULE_PARAMETERS), limits=", ".join(LIMIT_NAMES)
     )
-    # Without this argparse takes -1e-3 for an option.
+    # By its own pattern argparse takes -1e-3 for an option.
     parser._negative_number_matcher = re.compile(r"^-(\d|\.\d)")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the manoeuvres, the total time and where the reference ends, and an engine's errors."""
+    """Prints the manoeuvres, the total time, the pose at the end and, if a method is chosen, its
+    errors. Returns 3 if the method's engine is missing."""
     changes = chosen.changes | ({"arc": chosen.arc} if chosen.arc else {})
     known(changes, (*CAPSULE_PARAMETERS, *LIMIT_NAMES, *PLACES))
     parameters = {**changes, "to": chosen.to, "track": chosen.track}
     if (chosen.method is None) != (chosen.step is None):
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
-    measured = None
+    run = None
     with values.representable(changes or {"to": chosen.to}):
-        found = requested_plan({**CHECK, **parameters})
-        answer = described(found)
+        plan = requested_plan({**CHECK, **parameters})
+        answer = plan_record(plan)
         if chosen.method:
             scene = find_scene(SYSTEM, parameters)
             method = find_method(chosen.method)
-            measured = run_plan(found, scene, method, chosen.step)
+            run = run_plan(plan, scene, method, chosen.step)
         if chosen.other:
             known(chosen.other, CAPSULE_PARAMETERS)
-            body = read_capsule({**asdict(found.capsule), **chosen.other})
-            answer["on"] = _misses(replace(found, capsule=body))
-    if measured is not None:
-        answer["method"] = measured_data(found, measured)
+            body = read_capsule({**asdict(plan.capsule), **chosen.other})
+            answer["on"] = _end_errors(replace(plan, capsule=body))
+    if run is not None:
+        answer["method"] = run_record(plan, run)
     values.show(chosen, answer, "plan", **{"method": None, "on": None, **answer})
-    return MISSING if measured is not None and measured.found.status == "missing" else 0
+    engine_missing = run is not None and run.measurement.status == "missing"
+    return MISSING if engine_missing else 0
 
 
-def described(found: Plan) -> dict[str, Any]:
-    """A plan as plain data."""
+def plan_record(plan: Plan) -> dict[str, Any]:
+    """Returns a plan as plain data."""
     return {
-        "start": found.start,
-        "goal": found.goal,
-        "track": found.track,
-        "legs": found.legs if found.track == "curve" and not found.segments else None,
-        "segments": found.segments,
-        "arc": found.arc if found.track == "curve" else None,
-        "one_curve": found.rails.is_curve,
-        "limits": found.limits,
-        "parameters": found.capsule,
-        "total_time": found.duration,
-        "turns": found.turns,
-        "lines": found.lines,
+        "start": plan.start,
+        "goal": plan.goal,
+        "track": plan.track,
+        "legs": plan.legs if plan.track == "curve" and not plan.segments else None,
+        "segments": plan.segments,
+        "arc": plan.arc if plan.track == "curve" else None,
+        "one_curve": plan.rails.is_curve,
+        "limits": plan.limits,
+        "parameters": plan.capsule,
+        "total_time": plan.duration,
+        "turns": plan.turns,
+        "lines": plan.lines,
         "manoeuvres": [
-            {name: getattr(m, name) for name in ("kind", "start", "duration", "parameters")}
-            for m in found.manoeuvres
+            {
+                "kind": manoeuvre.kind,
+                "start": manoeuvre.start,
+                "duration": manoeuvre.duration,
+                "parameters": manoeuvre.parameters,
+            }
+            for manoeuvre in plan.manoeuvres
         ],
-        "reached": found.reached,
-        **_misses(found),
-        "drive": plane_demand(found.motion).facts(),
+        "reached": plan.reached,
+        **_end_errors(plan),
+        "drive": plane_demand(plan.motion).facts(),
     }
 
 
-def _misses(plan: Plan) -> dict[str, float]:
-    """How far from its goal the plan's motion of the slider ends."""
+def _end_errors(plan: Plan) -> dict[str, float]:
+    """Returns how far from the goal the exact motion of a plan ends: the distance [m] and the angle
+    [rad]."""
     distance, angle = plan.error
     return {"position_error": distance, "heading_error": angle}
 
 
 @dataclass(frozen=True)
 class PlanRun:
-    """A plan run open-loop: its measurement, and the error of the pose after each manoeuvre."""
+    """An engine's open-loop run of a plan, and the error of the pose after each manoeuvre."""
 
-    found: Measurement
+    measurement: Measurement
     judgement: Judgement
-    after: Array  # shape (manoeuvres, 3), as pose_errors has them; empty where it did not end
+    # [m, m, rad] errors of the pose after each manoeuvre, shape (manoeuvres, 3); shape (0, 3) if
+    # the run did not reach its end.
+    errors_after: Array
 
 
 def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
-    """Run `plan`, which is that of `scene`, with `step` [s] to its end. Raises ParameterError."""
+    """Returns the run of `plan` to its end by `method` with `step` [s]. `scene` is the scene of the
+    plan. Raises ParameterError."""
     case = case_of(replace(scene, duration=run_duration(plan, step)))
-    found, run = measure(case, method, step)
-    judgement = judge(found, case.system, method)
-    if run is None or found.status != "done":
-        return PlanRun(found, judgement, np.empty((0, 3)))
-    return PlanRun(found, judgement, pose_errors(plan, case.reference, run))
+    measurement, run = measure(case, method, step)
+    judgement = judge(measurement, case.system, method)
+    errors_after = np.empty((0, 3))
+    if run is not None and measurement.status == "done":
+        errors_after = pose_errors(plan, case.reference, run)
+    return PlanRun(measurement, judgement, errors_after)
 
 
-def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
-    """An engine's run of a plan, as plain data."""
-    measured = run.found
+def run_record(plan: Plan, run: PlanRun) -> dict[str, Any]:
+    """Returns an engine's run of a plan as plain data."""
+    measurement = run.measurement
     return {
-        "name": measured.method,
-        "step": measured.step,
-        "status": measured.status,
-        "reason": measured.reason,
+        "name": measurement.method,
+        "step": measurement.step,
+        "status": measurement.status,
+        "reason": measurement.reason,
         "verdict": run.judgement.verdict,
-        "errors_at_end": {name: error.end for name, error in measured.errors.items()},
+        "errors_at_end": {name: error.end for name, error in measurement.errors.items()},
         "predicted_at_end": {
             name: error.predicted.end
-            for name, error in measured.errors.items()
+            for name, error in measurement.errors.items()
             if error.predicted
         },
-        "allowed": {name: error.left_open for name, error in measured.errors.items()},
-        "off_after": [None if np.isnan(off).any() else error_by_name(off) for off in run.after],
+        "allowed": {name: error.left_open for name, error in measurement.errors.items()},
+        "off_after": [
+            None if np.isnan(pose_error).any() else error_by_name(pose_error)
+            for pose_error in run.errors_after
+        ],
         "arising": {
-            kind: error_by_name(off) for kind, off in errors_by_kind(plan, run.after).items()
+            kind: error_by_name(pose_error)
+            for kind, pose_error in errors_by_kind(plan, run.errors_after).items()
         },
     }

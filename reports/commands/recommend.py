@@ -24,8 +24,12 @@ from plumbob.engines.workers import spent
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.budget import certify
-from plumbob.reports.commands.own_file import described, is_file, motion
+from plumbob.reports.commands.arguments.budget import certify
+from plumbob.reports.commands.arguments.model_file import (
+    is_model_file,
+    model_and_script,
+    motion_record,
+)
 
 if TYPE_CHECKING:
     from plumbob.engines.audit.reference import Certificate
@@ -37,81 +41,88 @@ if TYPE_CHECKING:
     from plumbob.reports.advice.advice import MakeRun, RecommendationSearch
     from plumbob.reports.advice.user_settings import UserResult
 
-SAMPLES = 100  # of the exact motion, to see how large it is
-ROUNDING = 2.0**-53  # relative, of a double
-EXACT = 0.1  # of the budget: the exact motion, where it is integrated
+SAMPLES = 100  # times at which the exact motion is sampled for its size
+ROUNDING = 2.0**-53  # relative rounding error of a double
+EXACT_FRACTION = 0.1  # fraction of the budget for an exact motion that is integrated
 INCOMPLETE = 3
-FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
+FILE = "recommend.sqlite3"  # store of this command's runs, beside the studies of `validate`
 OUT = "plumbob-out"
-BUDGET, OF_FILE = 600.0, 60.0  # [s] of processor time for scenes, for a model file
-OF_SCENES = ("changes", "like", "stored", "observable", "engine", "out")  # options no file has
+BUDGET = 600.0  # [s] processor time for all runs of scenes
+FILE_BUDGET = 60.0  # [s] processor time for a model file
+# Options that a model file does not take.
+SCENE_OPTIONS = ("changes", "like", "stored", "observable", "engine", "out")
 
 
 class _OutOfTime(Exception):
-    """The budget is spent."""
+    """Raised when the budget of processor time is spent."""
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Answer from what is stored of the scenes, and run what is missing. 0 where a method reaches
-    the error, 1 where none does, 3 where the budget ends before."""
+    """Answers from the stored runs of the scenes, and runs what is missing. Returns 0 if a method
+    reaches the error, 1 if no method does, 3 if the budget is spent before."""
     from plumbob.reports.commands.arguments.like import own_method
 
-    if is_file(chosen, OF_SCENES):
-        chosen.budget = chosen.budget or OF_FILE
-        return _of_file(chosen)
+    if is_model_file(chosen, SCENE_OPTIONS):
+        chosen.budget = chosen.budget or FILE_BUDGET
+        return _answer_for_file(chosen)
     chosen.budget = chosen.budget or BUDGET
     chosen.out = chosen.out or OUT
     if chosen.absolute is None and chosen.observable is not None:
         raise ParameterError("observable", chosen.observable, "given with --absolute")
     user_method = own_method(chosen.like) if chosen.like else None
-    scenes = () if _said_by_study(chosen) else values.scenes(chosen.scene, chosen.changes)
+    scenes = () if _answered_by_study(chosen) else values.scenes(chosen.scene, chosen.changes)
     if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
     if chosen.engine is not None and chosen.engine not in engines():
         raise ParameterError("engine", chosen.engine, f"one of {', '.join(engines())}")
     for scene in scenes:
-        _check(chosen.observable, system_of(scene).observables)
+        _check_observable(chosen.observable, system_of(scene).observables)
     if chosen.changes:
         with values.representable(chosen.changes, chosen):
             for scene in scenes:
-                certify(case_of(scene), scene.duration, chosen.budget, EXACT)
+                certify(case_of(scene), scene.duration, chosen.budget, EXACT_FRACTION)
     if not chosen.stored:
         for scene in scenes:
-            _reachable(chosen, scene)
+            _check_reachable(chosen, scene)
     try:
-        return _answered(chosen, scenes, user_method)
+        return _answer_for_scenes(chosen, scenes, user_method)
     except _OutOfTime as stopped:
         print(f"plumbob: {stopped}", file=sys.stderr)
         return INCOMPLETE
 
 
-def _answered(
+def _answer_for_scenes(
     chosen: argparse.Namespace, scenes: Sequence[Scene], user_method: Method | None
 ) -> int:
-    """Answer the question about these scenes, or the one that is named; raises _OutOfTime."""
+    """Prints the answer for `scenes`, or for the scene of a stored study if `scenes` is empty, and
+    returns the exit code. Raises _OutOfTime."""
     from plumbob.reports.advice.advice import Question, advise
 
-    measured = _stored if chosen.stored else _run
-    with measured(chosen, scenes) as (study, run):
-        _check(chosen.observable, study.observables(study.scenes[0].name))
+    open_study = _stored_study if chosen.stored else _measured_study
+    with open_study(chosen, scenes) as (study, run):
+        _check_observable(chosen.observable, study.observables(study.scenes[0].name))
         methods = tuple(
-            m
-            for m in study.methods
-            if m.name != USER_METHOD and chosen.engine in (None, m.engine)
+            method
+            for method in study.methods
+            if method.name != USER_METHOD and chosen.engine in (None, method.engine)
         )
-        name = chosen.scene if len(study.scenes) > 1 else study.scenes[0].name
-        error = chosen.error or chosen.absolute
-        absolute = chosen.error is None
-        asked = Question(name, study.scenes, methods, error, absolute, chosen.observable)
-        answer = advise(asked, study, run)
-    _show(chosen, asked, study, answer, user_method)
+        question = Question(
+            name=chosen.scene if len(study.scenes) > 1 else study.scenes[0].name,
+            scenes=study.scenes,
+            methods=methods,
+            error=chosen.error or chosen.absolute,
+            absolute=chosen.error is None,
+            observable=chosen.observable,
+        )
+        answer = advise(question, study, run)
+    _print_answer(chosen, question, study, answer, user_method)
     return 0 if answer.recommendation.choice else 1
 
 
-def _of_file(chosen: argparse.Namespace) -> int:
-    """Print the cheapest integrator and step of MuJoCo's whose error on a model file, in metres,
-    stays within what is asked for: 1 where none does, 3 where the motion is not certified to its
-    end, or not well enough."""
+def _answer_for_file(chosen: argparse.Namespace) -> int:
+    """Prints the cheapest integrator and step of MuJoCo whose error [m] on a model file stays
+    within the wanted one. Returns 1 if none does, and 3 if the motion is not certified to its end
+    or not precisely enough."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import compare_with_reference
     from plumbob.engines.audit.user_models import quiet
@@ -119,20 +130,20 @@ def _of_file(chosen: argparse.Namespace) -> int:
 
     target = chosen.error or chosen.absolute
     with quiet(), progress() as show:
-        model, script = motion(chosen)
+        model, script = model_and_script(chosen)
         allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
         reference, steps = compare_with_reference(model, script, allowance)
     if steps is None:
         note(f"{chosen.scene} has no certified motion: {reference.why}")
         return INCOMPLETE
-    answer = _file_choice(chosen, target, model, script, reference, steps)
+    answer = _file_record(chosen, target, model, script, reference, steps)
     values.show(chosen, answer, "recommend_file", **answer)
     if not answer["decided"]:
         return INCOMPLETE
     return 0 if answer["choice"] else 1
 
 
-def _file_choice(
+def _file_record(
     chosen: argparse.Namespace,
     target: float,
     model: OwnModel,
@@ -140,15 +151,16 @@ def _file_choice(
     reference: Certificate,
     steps: StepComparison,
 ) -> dict[str, Any]:
-    """The cheapest integrator and step for an error of `target` [m] as plain data, the model's own
-    and the one with the smallest error beside it."""
+    """Returns as plain data the cheapest integrator and step for an error of `target` [m], the run
+    with the model's own integrator and step, and the run with the smallest error."""
     from plumbob.engines.audit.step_errors import TRUSTED, cheapest_step
     from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import spread
 
     index = steps.index
     choice = None
-    if best := cheapest_step(steps.steps, steps.own, reference, index, target):
+    best = cheapest_step(steps.steps, steps.own, reference, index, target)
+    if best:
         options = model.option(best.integrator, best.step)
         choice = {
             "integrator": best.integrator,
@@ -156,99 +168,113 @@ def _file_choice(
             "error": best.error,
             **spread(best.cost),
             "unguarded": model.softened(best.step),
-            "options": {name: then for name, (_, then) in options.items()},
+            "options": {name: value for name, (_, value) in options.items()},
         }
 
-    def plain(step: StepError) -> dict[str, Any]:
+    def step_record(step: StepError) -> dict[str, Any]:
+        """Returns the integrator, the step, the error [m] and the cost of a run as plain data."""
         names = ("integrator", "step", "ns_per_second")
         return {name: getattr(step, name) for name in names} | {"error": step.at(index)}
 
+    most_accurate = min(steps.steps, key=lambda step: step.at(index))
+    known_to_end = index == len(script.controls)
+    known_well = bool(reference.uncertainty[index] <= TRUSTED * target)
     return {
-        **described(chosen, script, reference, index),
+        **motion_record(chosen, script, reference, index),
         "target": target,
-        "decided": index == len(script.controls)
-        and bool(reference.uncertainty[index] <= TRUSTED * target),
+        "decided": known_to_end and known_well,
         "choice": choice,
-        "own": plain(steps.own),
-        "nearest": plain(min(steps.steps, key=lambda step: step.at(index))),
+        "own": step_record(steps.own),
+        "nearest": step_record(most_accurate),
         "clamped": model.clamped,
         "notes": [*model.notes, *steps.own.remarks],
         "versions": package_versions(),
     }
 
 
-def _said_by_study(chosen: argparse.Namespace) -> bool:
-    """Whether a stored study says all of the one scene that is named: to load every system would
-    take longer than the answer."""
-    named = "/" in chosen.scene and not set("*?[,") & set(chosen.scene)
-    return chosen.stored and named and not chosen.changes
+def _answered_by_study(chosen: argparse.Namespace) -> bool:
+    """Returns whether a stored study can answer without the scene itself, which is so for a single
+    scene. Loading all systems would take longer than the answer."""
+    is_one_scene = "/" in chosen.scene and not set("*?[,") & set(chosen.scene)
+    return chosen.stored and is_one_scene and not chosen.changes
 
 
-def _check(observable: str | None, observables: Observables) -> None:
-    """Raises ParameterError where an observable is none of these."""
-    names = [o.name for o in observables]
+def _check_observable(observable: str | None, observables: Observables) -> None:
+    """Raises ParameterError if `observable` is given and is none of the `observables`."""
+    names = [known.name for known in observables]
     if observable not in (None, *names):
         raise ParameterError(
             "observable", observable, f"one of {nearest(str(observable), names)}"
         )
 
 
-def _reachable(chosen: argparse.Namespace, scene: Scene) -> None:
-    """Raises ParameterError if the wanted error is less than what rounding alone makes of the exact
-    motion of a scene: no method and no step reaches it."""
+def _check_reachable(chosen: argparse.Namespace, scene: Scene) -> None:
+    """Raises ParameterError if the wanted error is smaller than the rounding error of the scene's
+    exact motion: no method and no step reaches it."""
     case = case_of(scene)
-    if case.system.distribution:  # its exact motion may be a defect, which the study tells
+    if case.system.distribution:  # a plug-in's exact motion may fail: the study reports it
         return
-    about = case.system.quantities(case)
+    quantities = case.system.quantities(case)
     if chosen.error is None:
-        name = chosen.observable or about[0].observable
-        of_interest = (q for q in about if q.observable == name)
-        about = (replace(next(of_interest, Quantity(name, 1.0)), scale=1.0),)
+        name = chosen.observable or quantities[0].observable
+        matching = (quantity for quantity in quantities if quantity.observable == name)
+        quantity = next(matching, Quantity(name, 1.0))
+        quantities = (replace(quantity, scale=1.0),)
     exact = case.reference.observe(np.linspace(0.0, scene.duration, SAMPLES))
-    counted = {q: exact[q.observable][-1 if q.when == "end" else 0 :] for q in about}
-    least = max(ROUNDING * float(np.abs(v).max()) / q.scale for q, v in counted.items())
-    option, wanted = ("error", chosen.error) if chosen.error else ("absolute", chosen.absolute)
-    if 0.0 < wanted < least:
-        what = f"at least {least:.2g}: rounding alone makes such an error on {scene.name}"
-        raise ParameterError(option, wanted, what)
+    smallest_error = 0.0
+    for quantity in quantities:
+        samples = exact[quantity.observable]
+        if quantity.when == "end":
+            samples = samples[-1:]
+        rounding = ROUNDING * float(np.abs(samples).max()) / quantity.scale
+        smallest_error = max(smallest_error, rounding)
+    option = "error" if chosen.error else "absolute"
+    wanted_error = getattr(chosen, option)
+    if 0.0 < wanted_error < smallest_error:
+        expected = f"at least {smallest_error:.2g}"
+        reason = f"rounding alone makes such an error on {scene.name}"
+        raise ParameterError(option, wanted_error, f"{expected}: {reason}")
 
 
 @contextmanager
-def _stored(
+def _stored_study(
     chosen: argparse.Namespace, scenes: Sequence[Scene]
 ) -> Iterator[tuple[Study, MakeRun | None]]:
-    """The newest stored study of these scenes, or without any of the one that is named, and nothing
-    to run; raises ParameterError."""
+    """Gives the newest stored study of the scenes, and None, because nothing is run. If `scenes` is
+    empty, the scene's name is the one on the command line. Raises ParameterError."""
     by_name = {scene.name: scene for scene in scenes}
     names = by_name or (chosen.scene,)
     study = store.load(Path(chosen.out) / store.FILE, scenes=names)
-    there = [
-        s
-        for s in (study.scenes if study else ())
-        if s.name in names and s.duration == (of := by_name.get(s.name, s)).duration
-        if dict(s.parameters) == dict(of.parameters)  # at whatever steps
-    ]
-    if study is None or not there:
+    matching = []
+    for stored in study.scenes if study else ():
+        asked = by_name.get(stored.name, stored)
+        # The step sizes may differ.
+        same_parameters = dict(stored.parameters) == dict(asked.parameters)
+        if stored.name in names and stored.duration == asked.duration and same_parameters:
+            matching.append(stored)
+    if study is None or not matching:
         raise ParameterError(
             "scene", next(iter(names)), "one that was measured, as nothing is run"
         )
     for entry in changed_since(study.provenance):
         print(f"plumbob: the stored runs are of {entry}", file=sys.stderr)
-    yield replace(study, scenes=tuple(there)), None
+    yield replace(study, scenes=tuple(matching)), None
 
 
 @contextmanager
-def _run(
+def _measured_study(
     chosen: argparse.Namespace, scenes: Sequence[Scene]
 ) -> Iterator[tuple[Study, MakeRun]]:
-    """The study of these scenes with every method that is installed, with predicted limits of the
-    step, and what runs one more; what is stored of both is taken, the rest is stored."""
+    """Gives the study of the scenes with every installed method and with the predicted largest
+    steps, and a function that makes one more run. Results are taken from the store if they are
+    there, and are stored otherwise."""
     from plumbob.engines.study.checkpoint import shared_results
     from plumbob.engines.study.runner import run_study
     from plumbob.reports.analyses.engines.largest_steps import predictions
     from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 
-    methods = [m for m in find_methods() if installed(engine_of(m))]
+    methods = [method for method in find_methods() if installed(engine_of(method))]
+    number_of_tasks = len(scenes) * len(methods)
     out = Path(chosen.out)
     file: Path | None = out / FILE
     try:
@@ -256,38 +282,40 @@ def _run(
     except ParameterError as error:
         file = None
         note(f"the runs are not stored: {error}")
-    with shared_results(file, out / store.FILE, note) as kept, progress() as shown:
-        show = _within(chosen.budget, shown)
+    with shared_results(file, out / store.FILE, note) as checkpoint, progress() as bar:
+        show = _limited_progress(chosen.budget, bar)
         study = run_study(
             scenes,
             methods,
-            jobs=min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4),
+            jobs=min(os.cpu_count() or 1, 1 + number_of_tasks // 4),
             progress=show,
             requests=predictions,
             command=chosen.line,
-            kept=kept,
+            kept=checkpoint,
         )
-        yield study, _one_more(kept, show)
+        yield study, _single_run(checkpoint, show)
 
 
-def _within(seconds: float, show: Progress) -> Progress:
-    """The progress `show`, which raises _OutOfTime after so many seconds of processor time."""
-    begin = spent()
+def _limited_progress(seconds: float, show: Progress) -> Progress:
+    """Returns the progress callback `show`, which raises _OutOfTime after `seconds` [s] of
+    processor time."""
+    spent_before = spent()
 
-    def within(what: str, done: int, total: int) -> None:
-        if spent() - begin > seconds:
-            there = f"{done} of {total} results are" if total else "the study is"
+    def limited(what: str, done: int, total: int) -> None:
+        if spent() - spent_before > seconds:
+            finished = f"{done} of {total} results are" if total else "the study is"
             raise _OutOfTime(
-                f"the runs took more than {seconds:g} s of processor time (--budget): {there} "
+                f"the runs took more than {seconds:g} s of processor time (--budget): {finished} "
                 f"there, next is {what}; the same command goes on"
             )
         show(what, done, total)
 
-    return within
+    return limited
 
 
-def _one_more(kept: Checkpoint, show: Progress) -> MakeRun:
-    """A run of a scene with a method at a step, taken where it is kept, and else kept."""
+def _single_run(checkpoint: Checkpoint, show: Progress) -> MakeRun:
+    """Returns a function that runs a scene with a method at a step. The function takes the run from
+    the checkpoint if it is there; otherwise it stores the run."""
     from plumbob.engines.study.checkpoint import key_of
     from plumbob.engines.study.measurement import Measurement, measure
     from plumbob.engines.study.provenance import versions_of
@@ -295,37 +323,36 @@ def _one_more(kept: Checkpoint, show: Progress) -> MakeRun:
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         key = key_of("run", scene, method, step, versions_of(method))
-        there = kept.there([key])
-        stored = there[key].answer if there else None
-        asked = scene.name, method.name, step
-        if (
-            isinstance(stored, Measurement)
-            and (stored.scene, stored.method, stored.step) == asked
-        ):
-            return stored
+        stored_results = checkpoint.there([key])
+        stored = stored_results[key].answer if stored_results else None
+        if isinstance(stored, Measurement):
+            stored_run = stored.scene, stored.method, stored.step
+            if stored_run == (scene.name, method.name, step):
+                return stored
         show(f"{scene.name} {method.name} at {step:.3g}", 0, 0)
         measurement, _ = measure(case_of(scene), method, step, theory=False)
-        kept.keep({key: TaskResult(measurement)})
+        checkpoint.keep({key: TaskResult(measurement)})
         return measurement
 
     return run
 
 
-def _show(
+def _print_answer(
     chosen: argparse.Namespace,
-    asked: Any,
+    question: Any,
     study: Study,
     answer: RecommendationSearch,
     user_method: Method | None,
 ) -> None:
-    """Print the answer, and what a user's own settings, measured now, give beside it."""
+    """Prints the answer, and beside it the errors with the settings of the user's file, which are
+    measured now."""
     from plumbob.reports.view.user_settings import cost_factor
 
-    made = study.provenance
+    provenance = study.provenance
     record = {
         **vars(answer.recommendation),
-        "scenes": [scene.name for scene in asked.scenes],
-        "study": {"date": made.date, "versions": made.versions},
+        "scenes": [scene.name for scene in question.scenes],
+        "study": {"date": provenance.date, "versions": provenance.versions},
         "cut_short": answer.cut_short,
     }
     results: Sequence[UserResult] = ()
@@ -334,7 +361,7 @@ def _show(
         from plumbob.reports.advice.user_settings import user_results
         from plumbob.reports.judge.study_verdicts import judge_study
 
-        study = joined(study, run_study(asked.scenes, [user_method]))
+        study = joined(study, run_study(question.scenes, [user_method]))
         results = user_results(study, judge_study(study))
         record["user_settings"] = results
     values.show(
@@ -342,9 +369,9 @@ def _show(
         record,
         "recommend",
         answer=answer.recommendation,
-        asked=asked,
+        asked=question,
         cut_short=answer.cut_short,
-        made=made,
+        made=provenance,
         engines=dict.fromkeys(method.engine for method in study.methods),
         results=results,
         factor=cost_factor,

@@ -1,4 +1,4 @@
-"""plumbob report: the pages of a stored study, drawn again; nothing is run."""
+"""plumbob report: draw the pages of a stored study again; nothing is run."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 
-FILES = ("--out", "--junitxml", "--like")  # options of `validate` that take a file or a folder
+# Options of `validate` that take a file or a folder.
+PATH_OPTIONS = ("--out", "--junitxml", "--like")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
-    of them, or a folder to publish, and print where it is."""
+    """Writes the pages of a stored study and prints where they are: the same bytes that `validate`
+    wrote, or one file with all pages, or a folder to publish."""
     single = chosen.single
     public = None
     if chosen.publish is not None:
-        public = new_folder(chosen.publish, Path(chosen.out))
+        public = folder_to_publish(chosen.publish, Path(chosen.out))
     if single and public:
         raise ParameterError("publish", chosen.publish, "left out where --single is given")
     from plumbob.reports.view.site.writing import check_site_replaceable
@@ -34,25 +35,27 @@ def command(chosen: argparse.Namespace) -> int:
     if study is None:
         raise ParameterError("study", chosen.study, f"the number of a study in {chosen.out}")
     try:
-        print(_drawn(study, Path(chosen.out), single, public))
+        print(_write_pages(study, Path(chosen.out), single, public))
     except (ParameterError, OSError, MemoryError):
         raise
     except Exception:
-        # Numbers that somebody has changed may be of the right types and still break a template: a
-        # list of another length, a name that nothing has. If the study's numbers follow from its
-        # runs, the template has a defect.
+        # Stored numbers that somebody has changed may have the right types and still break a
+        # template, such as a list of another length. If the numbers follow from the study's runs,
+        # nobody has changed them: the template has a defect, and the error is raised again.
         from plumbob.reports.analyses import follow
 
         if follow(study):
             raise
-        what = f"a study whose numbers follow from its runs (that of {study.provenance.date})"
-        raise ParameterError("OUT", chosen.out, what) from None
+        expected = "a study whose numbers follow from its runs"
+        raise ParameterError(
+            "OUT", chosen.out, f"{expected} (that of {study.provenance.date})"
+        ) from None
     return 0
 
 
-def _drawn(study: Study, out: Path, single: Path | None, public: Path | None) -> Path:
-    """Write the pages of a study into `out`, into the file `single`, or to publish into `public`;
-    returns the path of the first page."""
+def _write_pages(study: Study, out: Path, single: Path | None, public: Path | None) -> Path:
+    """Writes the pages of a study into the folder `out`, into the file `single` or into the folder
+    `public`. Returns the path of the first page."""
     from plumbob.reports.view.page import write_file
     from plumbob.reports.view.site.writing import (
         site_content,
@@ -68,37 +71,36 @@ def _drawn(study: Study, out: Path, single: Path | None, public: Path | None) ->
     page = write_study_pages(
         replace(study, provenance=replace(study.provenance, command=command_line)), public
     )
-    write_file("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
+    write_file("", public, ".nojekyll")  # GitHub Pages then serves the files unchanged
     return page
 
 
 def without_folders(command: str) -> str:
-    """The command with the paths of files and folders cut to their last names: a published page
-    does not tell where they are on the machine."""
-    shown = []
-    value = False  # the word is the value of an option that takes a file or a folder
+    """Returns the command with the path of each file and folder cut to its last name, so that a
+    published page does not show the folders of the machine."""
+    shortened = []
+    is_path = False  # whether the word is the value of an option that takes a file or a folder
     for word in shlex.split(command):
         option, equals, path = word.partition("=")
-        asked = len(option) > 2 and any(name.startswith(option) for name in FILES)
-        if asked and equals:
+        # argparse takes any beginning of an option's name.
+        takes_path = len(option) > 2 and any(name.startswith(option) for name in PATH_OPTIONS)
+        if takes_path and equals:
             word = f"{option}={Path(path).name}"
-        elif value or word.startswith(("/", "~", ".")):
+        elif is_path or word.startswith(("/", "~", ".")):
             word = Path(word).name
-        value = asked and not equals
-        shown.append(word)
-    return shlex.join(shown)
+        is_path = takes_path and not equals
+        shortened.append(word)
+    return shlex.join(shortened)
 
 
-def new_folder(text: str, out: Path) -> Path:
-    """A folder to publish the pages of `out` in, empty or not there yet, and beside `out`; raises
-    ParameterError."""
+def folder_to_publish(text: str, out: Path) -> Path:
+    """Returns the folder for the published pages: empty or new, and outside the results folder
+    `out`. Raises ParameterError."""
     folder = Path(text).resolve()
-    empty = folder.is_dir() and os.access(folder, os.R_OK) and not any(folder.iterdir())
-    if (
-        (os.path.lexists(folder) and not empty)
-        or folder.is_relative_to(out.resolve())
-        or not os.access(folder.parent, os.W_OK)
-    ):
+    is_empty = folder.is_dir() and os.access(folder, os.R_OK) and not any(folder.iterdir())
+    is_taken = os.path.lexists(folder) and not is_empty
+    inside_out = folder.is_relative_to(out.resolve())
+    if is_taken or inside_out or not os.access(folder.parent, os.W_OK):
         raise ParameterError(
             "publish",
             text,

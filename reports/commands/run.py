@@ -19,10 +19,14 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import run_record
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.budget import certify
 from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import own_method
-from plumbob.reports.commands.budget import certify
-from plumbob.reports.commands.own_file import described, is_file, motion
+from plumbob.reports.commands.arguments.model_file import (
+    is_model_file,
+    model_and_script,
+    motion_record,
+)
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 
@@ -32,71 +36,76 @@ if TYPE_CHECKING:
     from plumbob.engines.own_motion import OwnModel, Script
 
 INCOMPLETE = 3
-OF_SCENES = ("changes", "like", "worlds", "certified")  # options that no model file has
-Timed = tuple[Measurement, Cost | None, float]
-LONGEST = 3600.0  # [s] that a run of an added engine may take
+# Options that a model file does not take.
+SCENE_OPTIONS = ("changes", "like", "worlds", "certified")
+TimedRun = tuple[Measurement, Cost | None, float]
+LONGEST_RUN = 3600.0  # [s] longest processor time of a run in a plug-in engine
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print errors against the exact answer, their tolerances and the cost."""
-    if is_file(chosen, OF_SCENES):
-        return _file_run(chosen)
+    """Prints the errors against the exact answer, their tolerances and the cost. Returns 1 if a
+    verdict is not as expected, 3 if an engine is missing or nothing is certified."""
+    if is_model_file(chosen, SCENE_OPTIONS):
+        return _run_file(chosen)
     methods = _methods(chosen.method, chosen.like)
     changed = chosen.changes
     with values.representable(changed, chosen):
         scene = find_scene(chosen.scene, changed)
         case = case_of(scene)
         certify(case, scene.duration, chosen.budget)
-        about = case.system.quantities(case)
+        quantities = case.system.quantities(case)
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
-    step = chosen.step or methods[-1].step_sizes[0]  # the user's own
+    step = chosen.step or methods[-1].step_sizes[0]  # default: the step of the user's file
     codes = []
     records = []
     runs = []
     for method in methods:
         with values.representable(changed, chosen):
-            run, cost, unit = _measured(scene, method, step)
-            certified = _certified_record(chosen, scene, method, run)
-        judgement = judge(run, case.system, method, about)
+            run, cost, reference_time = _timed_run(scene, method, step)
+            certified = _certified_answer(chosen, scene, method, run)
+        judgement = judge(run, case.system, method, quantities)
         worlds = batch_costs(case, method, step, chosen.worlds or [])
-        records.append(run_record(method, run, judgement, None, cost))
+        record = run_record(method, run, judgement, None, cost)
         if worlds:
-            records[-1]["worlds"] = worlds
-        codes.append(_code(scene, method, run, judgement))
+            record["worlds"] = worlds
+        codes.append(_exit_code(scene, method, run, judgement))
         if certified is None:
             codes.append(INCOMPLETE)
         elif certified:
-            records[-1]["certified"] = certified
-            codes.append(int(not (certified["within"] or certified["yields"])))
-        factor = records[-1]["real_time_factor"]
-        runs.append((run, judgement, cost, unit, factor, worlds, certified))
+            record["certified"] = certified
+            answers_agree = certified["within"] or certified["yields"]
+            codes.append(0 if answers_agree else 1)
+        records.append(record)
+        factor = record["real_time_factor"]
+        runs.append((run, judgement, cost, reference_time, factor, worlds, certified))
     answer = records if len(records) > 1 else records[0]
-    units = {o.name: o.unit for o in case.system.observables}
+    units = {observable.name: observable.unit for observable in case.system.observables}
     values.show(chosen, answer, "run", runs=runs, units=units)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
 
 
-def _certified_record(
+def _certified_answer(
     chosen: argparse.Namespace, scene: Scene, method: Method, run: Measurement
 ) -> dict[str, Any] | None:
-    """The certified answer of a scene beside the exact one, and a run's errors against both, as
-    plain data; empty unless --certified is chosen and the method can run the scene. None, and a
-    line on stderr, if nothing of the motion is certified."""
+    """Returns the certified answer of a scene and the exact one as plain data, with the run's
+    errors against both. Returns an empty dict if --certified is not chosen or the method cannot run
+    the scene. Returns None, after a note on stderr, if nothing of the motion is certified."""
     if not chosen.certified or run.status in ("missing", "unsupported"):
         return {}
-    answer = _call_apart(method, _answers_record, scene, method, run.step, chosen.budget)
+    answer = _call_isolated(method, _two_answers_record, scene, method, run.step, chosen.budget)
     if isinstance(answer, dict):
         return answer
-    why = answer.why if isinstance(answer, Lost) else answer
-    note(f"{scene.name} has no certified motion beside {method.name}: {why}")
+    reason = answer.why if isinstance(answer, Lost) else answer
+    note(f"{scene.name} has no certified motion beside {method.name}: {reason}")
     return None
 
 
-def _answers_record(
+def _two_answers_record(
     scene: Scene, method: Method, step: float, seconds: float
 ) -> dict[str, Any] | str:
-    """Both answers of a scene as plain data, or why there is no certified one."""
+    """Returns the certified answer of a scene and the exact one as plain data, or the reason why no
+    answer is certified. `seconds` [s] is the budget of processor time."""
     from plumbob.engines.audit.scene_reference import scene_reference, two_answers
     from plumbob.engines.own_motion import NotCertifiable
 
@@ -121,9 +130,9 @@ def _answers_record(
     }
 
 
-def _file_run(chosen: argparse.Namespace) -> int:
-    """Print the error of a method on a model file: 1 where the run does not reach the end, 3 where
-    the motion is not certified, or the engine cannot run the file."""
+def _run_file(chosen: argparse.Namespace) -> int:
+    """Prints the error of a method on a model file. Returns 1 if the run does not reach the end of
+    the motion, and 3 if the motion is not certified or the engine cannot run the file."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.reference import certified
@@ -131,7 +140,7 @@ def _file_run(chosen: argparse.Namespace) -> int:
     from plumbob.engines.audit.user_models import quiet
 
     with quiet(), progress() as show:
-        model, script = motion(chosen)
+        model, script = model_and_script(chosen)
         method = find_method(chosen.method or f"mujoco/{model.integrator}")
         step = chosen.step or model.step
         parts_of(script, step)
@@ -164,23 +173,25 @@ def _file_record(
     reference: Certificate,
     run: StepError,
 ) -> dict[str, Any]:
-    """A run of a model file as plain data."""
+    """Returns a run of a model file as plain data."""
     from plumbob.engines.audit.reference import RESOLVED
     from plumbob.engines.study.provenance import version_of
     from plumbob.reports.view.audit.page import package_versions
 
     index = reference.known
     error = run.at(index)
-    cost = run.ns_per_second
+    ns_per_second = run.ns_per_second
+    if ns_per_second is None:
+        ns_per_second = 1e9 * run.seconds / script.duration
     return {
-        **described(chosen, script, reference, index),
+        **motion_record(chosen, script, reference, index),
         "method": method.name,
         "step": run.step,
         "error": error,
         "resolved": error > RESOLVED * float(reference.uncertainty[index]),
         "worst_body": run.worst,
         "error_over_time": run.errors[: index + 1],
-        "ns_per_second": 1e9 * run.seconds / script.duration if cost is None else cost,
+        "ns_per_second": ns_per_second,
         "ended": run.why,
         "notes": [*model.notes, *run.remarks],
         "softened": method.engine == "mujoco" and model.softened(run.step),
@@ -188,43 +199,49 @@ def _file_record(
     }
 
 
-def _measured(scene: Scene, method: Method, step: float) -> Timed:
-    """A run, its cost, and the time [ns] of the reference step."""
-    answer = _call_apart(method, _timed, scene, method, step)
+def _timed_run(scene: Scene, method: Method, step: float) -> TimedRun:
+    """Returns the run of a scene, its cost, and the time [ns] of the reference step. The cost is
+    None if the run did not finish."""
+    answer = _call_isolated(method, _measure_and_time, scene, method, step)
     if isinstance(answer, Lost):
         lost = Measurement(scene.name, method.name, step, "missing", reason=answer.why)
         return lost, None, math.nan
-    return cast(Timed, answer)
+    return cast(TimedRun, answer)
 
 
-def _call_apart(method: Method, do: Callable[..., Any], *arguments: Any) -> Any:
-    """Returns what the function `do` returns of its arguments. A method of an added engine may end
-    the process: it is called in a process of its own, and Lost is returned if that ends."""
+def _call_isolated(method: Method, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Returns what `function` returns for the `arguments`. A plug-in engine may crash its process:
+    its methods run in a process of their own, and Lost is returned if that process dies."""
     if not engine_of(method).distribution:
-        return do(*arguments)
+        return function(*arguments)
     with Workers(1) as workers:
-        ((_, answer),) = workers.results([Task("", do, arguments, LONGEST, "")])
+        ((_, answer),) = workers.results([Task("", function, arguments, LONGEST_RUN, "")])
     return answer
 
 
-def _timed(scene: Scene, method: Method, step: float) -> Timed:
+def _measure_and_time(scene: Scene, method: Method, step: float) -> TimedRun:
+    """Returns the run of a scene, its cost, and the time [ns] of the reference step."""
     case = case_of(scene)
     run = held_to_cost(case, method, measure(case, method, step)[0])
-    measured = costs(scene, [(method, step)] if run.status == "done" else [])
-    return run, measured.by_method.get(method.name), measured.reference_step
+    timed = costs(scene, [(method, step)] if run.status == "done" else [])
+    return run, timed.by_method.get(method.name), timed.reference_step
 
 
 def _methods(name: str | None, like: str | None) -> list[Method]:
-    """The method of that name, and the user's own."""
+    """Returns the methods to run: the method called `name`, if there is one, then the settings of
+    the user's file `like`. Raises ParameterError if both are None."""
     if name is None and like is None:
         raise ParameterError("method", name, "given: engine/name, or --like FILE")
-    user = [own_method(like)] if like else []
-    return user if name in (None, *(m.name for m in user)) else [find_method(str(name)), *user]
+    user_methods = [own_method(like)] if like else []
+    if name is None or name in [method.name for method in user_methods]:
+        return user_methods
+    return [find_method(name), *user_methods]
 
 
-def _code(scene: Scene, method: Method, run: Measurement, judged: Judgement) -> int:
+def _exit_code(scene: Scene, method: Method, run: Measurement, judged: Judgement) -> int:
+    """Returns the exit code for the run of one method."""
     if run.status == "missing":
         return INCOMPLETE
-    if method.name == USER_METHOD:  # of a user's own settings only a run is expected
+    if method.name == USER_METHOD:  # the user's own settings have no expected verdict
         return INCOMPLETE if run.status == "unsupported" else 0
     return 1 if run_surprise(scene, method, judged) else 0

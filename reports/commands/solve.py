@@ -15,13 +15,13 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.budget import certify
+from plumbob.reports.commands.arguments.budget import certify
 
 ANGLE = Observable("theta", "rad")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the observables at the times wanted, and what else is exact."""
+    """Prints the observables at the chosen times, and the other exact answers of the scene."""
     changed = chosen.changes
     asked = changed | ({"times": chosen.times} if chosen.times else {})
     with values.representable(asked, chosen):
@@ -29,11 +29,13 @@ def command(chosen: argparse.Namespace) -> int:
         times = np.array(chosen.times or np.linspace(0, scene.duration, 11))
         case = case_of(scene)
         certify(case, float(times.max()), chosen.budget)
-        by_angle = _over_angles(case, chosen.angles)
+        by_angle = _answers_at_angles(case, chosen.angles)
         also = case.system.also(case.problem, times)
         observables = case.reference.observe(times)
         uncertainty = _uncertainty(case.reference, times)
-        facts = {name: _plain(value) for name, value in case.system.facts(case.problem).items()}
+        facts = {
+            name: _plain_value(value) for name, value in case.system.facts(case.problem).items()
+        }
     values.all_finite(asked, observables, uncertainty)
     answer: dict[str, Any] = {
         "scene": scene.name,
@@ -41,13 +43,15 @@ def command(chosen: argparse.Namespace) -> int:
         "times": times,
         "observables": observables,
         "uncertainty": uncertainty,
-        **({"also": _named(also)} if also else {}),
-        **({"by_angle": _named(by_angle)} if by_angle else {}),
-        **facts,
     }
+    if also:
+        answer["also"] = _by_name(also)
+    if by_angle:
+        answer["by_angle"] = _by_name(by_angle)
+    answer |= facts
     table = by_angle or ({Observable("t", "s"): times, **also} if also else {})
     columns = [
-        [_held(*pair) for pair in zip(series.tolist(), uncertainty[name].tolist(), strict=True)]
+        list(map(_significant_digits, series.tolist(), uncertainty[name].tolist()))
         for name, series in observables.items()
     ]
     values.show(
@@ -61,58 +65,69 @@ def command(chosen: argparse.Namespace) -> int:
         held=[] if by_angle else list(observables),
         units={name: _unit(name, case.system.observables) for name in observables},
         rows=list(zip(times.tolist(), *columns, strict=True)),
-        text=_text,
+        text=_value_text,
     )
     return 0
 
 
 def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
-    """The uncertainty in double precision at each of `times` [s] alone: asked for together, all
-    would have that of the latest."""
-    each = [reference.uncertainty(times[i : i + 1]) for i in range(times.size)]
-    return {name: np.concatenate([values[name] for values in each]) for name in each[0]}
+    """Returns the uncertainty of each observable in double precision, shape (times,). Each of the
+    `times` [s] is asked for by itself: asked for together, all would have the uncertainty of the
+    latest."""
+    by_time = [reference.uncertainty(times[i : i + 1]) for i in range(times.size)]
+    names = by_time[0]
+    return {name: np.concatenate([signals[name] for signals in by_time]) for name in names}
 
 
 def _unit(name: str, known: Sequence[Observable]) -> str:
-    """The unit of an observed value: its own, that of what it is a rate of, or an angle's."""
-    of, _, last = name.rpartition("_")
-    own = [o.unit for o in known if o.name == name]
-    if not own and last in ("dot", "rate"):
-        return f"{_unit(of, known)}/s"
-    return own[0] if own else "rad" if "angle" in name else ""
+    """Returns the unit of an observable: the declared unit; for `x_dot` or `x_rate` the unit of `x`
+    per second; rad if the name contains "angle"; else an empty text."""
+    for observable in known:
+        if observable.name == name:
+            return observable.unit
+    quantity, _, suffix = name.rpartition("_")
+    if suffix in ("dot", "rate"):
+        return f"{_unit(quantity, known)}/s"
+    return "rad" if "angle" in name else ""
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
+    """Returns an array as a list, and any other value unchanged."""
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _text(value: Any) -> str:
-    value = _plain(value)
-    return repr(float(value) + 0.0) if isinstance(value, float) else str(value)  # no -0.0
+def _value_text(value: Any) -> str:
+    """Returns a value as text, a number with all its digits."""
+    value = _plain_value(value)
+    if isinstance(value, float):
+        return repr(float(value) + 0.0)  # adding 0.0 turns -0.0 into 0.0
+    return str(value)
 
 
-def _held(value: float, uncertainty: float) -> str:
-    """The digits of `value` that its uncertainty leaves; where it leaves none, both numbers."""
+def _significant_digits(value: float, uncertainty: float) -> str:
+    """Returns `value` with the digits that its uncertainty leaves. If no digit is certain, returns
+    the value and its uncertainty."""
     if not uncertainty > 0.0 or not math.isfinite(value):
-        return _text(value)
-    last = math.ceil(math.log10(uncertainty))  # decimal place
-    digits = 1 + math.floor(math.log10(abs(value))) - last if value else 0
+        return _value_text(value)
+    last_place = math.ceil(math.log10(uncertainty))  # decimal place of the last digit
+    digits = 1 + math.floor(math.log10(abs(value))) - last_place if value else 0
     if digits < 1:
         return f"{value + 0.0:.1g} ± {uncertainty:.1g}"
-    return f"{value:.{digits}g}" if digits < 17 else _text(value)
+    return f"{value:.{digits}g}" if digits < 17 else _value_text(value)
 
 
-def _named(answers: Mapping[Observable, Array]) -> dict[str, Array]:
-    """The answers by their names, as JSON has them."""
+def _by_name(answers: Mapping[Observable, Array]) -> dict[str, Array]:
+    """Returns the answers by the names of their observables, as JSON has them."""
     return {observable.name: values for observable, values in answers.items()}
 
 
-def _over_angles(case: Case, theta: list[float] | None) -> Mapping[Observable, Array]:
-    """The answers of `case` at angles [rad], the angles first; empty without. Raises
-    ParameterError."""
+def _answers_at_angles(case: Case, theta: list[float] | None) -> Mapping[Observable, Array]:
+    """Returns the angles `theta` [rad] and the answers of `case` at these angles; an empty mapping
+    if no angles are given. Raises ParameterError."""
     if theta is None:
         return {}
     if case.system.by_angle is None:
-        none = f"left out: {case.system.name} has no answers over an angle"
-        raise ParameterError("angles", theta, none)
-    return {ANGLE: np.array(theta), **case.system.by_angle(case.problem, np.array(theta))}
+        expected = f"left out: {case.system.name} has no answers over an angle"
+        raise ParameterError("angles", theta, expected)
+    angles = np.array(theta)
+    return {ANGLE: angles, **case.system.by_angle(case.problem, angles)}

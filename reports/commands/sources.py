@@ -1,4 +1,4 @@
-"""plumbob sources: every statement of the three papers, and by what it is computed."""
+"""plumbob sources: every statement of the three papers, and what computes it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from plumbob.reports.view.sources import CITED_SOURCES, listed_statements
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the statements by place, each with its finding and its second method."""
+    """Prints the statements in the order of their places in the papers, each with its finding and
+    its second method."""
     values.show(
         chosen, listed_statements(), "sources", rows=listed_statements(), sources=CITED_SOURCES
     )

@@ -1,10 +1,9 @@
-"""plumbob stability: the largest step at which methods hold on scenes or on a model file, or with
---long the time after which they are wrong, beside its prediction."""
+"""plumbob stability: the largest stable step on scenes or a model file; with --long, the time after
+which a method is wrong; and predictions of both."""
 
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,13 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.own_file import OF_FILES, described, is_file, motion
+from plumbob.reports.commands.arguments.model_file import (
+    FILE_OPTIONS,
+    is_model_file,
+    model_and_script,
+    motion_record,
+)
+from plumbob.reports.commands.arguments.searches import search_study
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 from plumbob.reports.view.own_files import check_replaceable
@@ -29,40 +34,44 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Scene
 
 INCOMPLETE = 3
-FILE = "stability.sqlite3"
-BUDGET = 60.0  # [s] of processor time for a model file
-OF_SCENES = ("long", "step", "jobs", "out")  # options that no model file has
+AUDIT_SECONDS = 60.0  # [s] processor time for a model file
+# Options that a model file does not take.
+SCENE_OPTIONS = ("long", "step", "jobs", "out")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Measure, print and judge the largest steps; 1 where one is not as expected."""
-    if is_file(chosen, OF_SCENES, (*OF_FILES, "budget")):
-        return _of_file(chosen)
+    """Measures, judges and prints the largest steps. Returns 1 if a step is not as expected, 3 if
+    an engine is missing."""
+    if is_model_file(chosen, SCENE_OPTIONS, (*FILE_OPTIONS, "budget")):
+        return _print_file_limits(chosen)
     scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
     if chosen.out:
         check_replaceable("out", Path(chosen.out) / STABILITY_PAGE)
     if not chosen.method:
-        methods = tuple(m for m in methods if installed(engine_of(m)))
-    study = _measured(chosen, scenes, methods)
-    judged = list(_judged(study))
+        methods = tuple(method for method in methods if installed(engine_of(method)))
+    study = _measured_study(chosen, scenes, methods)
+    judged = list(_judged_results(study))
     page = chosen.out and write_stability_page(judged, study.provenance, Path(chosen.out))
-    records = [of.record() for of in judged]
-    shown = aligned(stability_table(judged))
+    records = [result.record() for result in judged]
+    rows = aligned(stability_table(judged))
     surprises = [
-        (record, of) for record, of in zip(records, judged, strict=True) if of.surprise
+        (record, result)
+        for record, result in zip(records, judged, strict=True)
+        if result.surprise
     ]
-    values.show(chosen, records, "stability", rows=shown, surprises=surprises, page=page)
+    values.show(chosen, records, "stability", rows=rows, surprises=surprises, page=page)
     if surprises:
         return 1
-    return 0 if all(installed(engine_of(m)) for m in methods) else INCOMPLETE
+    complete = all(installed(engine_of(method)) for method in methods)
+    return 0 if complete else INCOMPLETE
 
 
-def _of_file(chosen: argparse.Namespace) -> int:
-    """Print the largest steps that hold along the motion of a model file, of the file's own
-    integrator and all others, or of the methods that are named. Returns 1 if the file's own step is
-    unstable by the first of them, 3 if that is not known, the motion is not certified, or an engine
-    is not installed."""
+def _print_file_limits(chosen: argparse.Namespace) -> int:
+    """Prints the largest steps that hold along the motion of a model file. The methods are those
+    that the user names; by default, the file's own integrator and all others. Returns 1 if the
+    file's own step is unstable by the first method. Returns 3 if the limit of the first method is
+    not known, if the motion is not certified, or if an engine is not installed."""
     from plumbob.engines.audit.allowance import Allowance
     from plumbob.engines.audit.audit import REFERENCE
     from plumbob.engines.audit.reference import certified
@@ -73,10 +82,12 @@ def _of_file(chosen: argparse.Namespace) -> int:
     from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import stability_record
 
-    chosen.budget = chosen.budget or BUDGET
+    chosen.budget = chosen.budget or AUDIT_SECONDS
     with quiet(), progress() as show:
-        model, script = motion(chosen)
-        methods = [m for pattern in chosen.method for m in find_methods(pattern)]
+        model, script = model_and_script(chosen)
+        methods: list[Method] = []
+        for pattern in chosen.method:
+            methods += find_methods(pattern)
         for method in methods:
             runs_of(method, model.steppable)
         engines = {method.engine: engine_of(method) for method in methods}
@@ -88,10 +99,10 @@ def _of_file(chosen: argparse.Namespace) -> int:
         show("the continuous motion, by two methods", 0, 0)
         reference = certified(model, script, allowance.part(REFERENCE))
         show("the largest step that holds", 0, 0)
-        left = allowance.part(max(1.0 - REFERENCE, allowance.left / chosen.budget))
-        limits = method_steps(methods, model, script, reference.states, left)
+        rest = allowance.part(max(1.0 - REFERENCE, allowance.left / chosen.budget))
+        limits = method_steps(methods, model, script, reference.states, rest)
     answer = {
-        **described(chosen, script, reference, reference.known),
+        **motion_record(chosen, script, reference, reference.known),
         "step": model.step,
         **stability_record(limits),
         "versions": package_versions() | {name: version_of(engines[name]) for name in engines},
@@ -102,58 +113,32 @@ def _of_file(chosen: argparse.Namespace) -> int:
     return 1 if limits.unstable else 0
 
 
-def _measured(
+def _measured_study(
     chosen: argparse.Namespace, scenes: Sequence[Scene], methods: Sequence[Method]
 ) -> Study:
-    """A study of these searches, and of nothing else, kept where a folder is given."""
+    """Returns a study of the largest steps, or of the long runs, of each pair of a scene and a
+    method. Raises ParameterError."""
     from plumbob.engines.study.runner import pairs
 
     if chosen.step is not None and not chosen.long:
         raise ParameterError("step", chosen.step, "left out without --long")
-    searches = [
-        LongRunSearch(s.name, m.name, chosen.step)
-        if chosen.long
-        else StabilitySearch(s.name, m.name)
-        for s, m in pairs(scenes, methods)
-    ]
+    searches: list[RunRequest[Any]] = []
+    for scene, method in pairs(scenes, methods):
+        if chosen.long:
+            searches.append(LongRunSearch(scene.name, method.name, chosen.step))
+        else:
+            searches.append(StabilitySearch(scene.name, method.name))
     if not searches:
         given = ",".join(chosen.method) or None
         raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
-    return measured(chosen, methods, searches, chosen.out)
+    return search_study(chosen, methods, searches, chosen.out)
 
 
-def measured(
-    chosen: argparse.Namespace,
-    methods: Sequence[Method],
-    searches: Sequence[RunRequest[Any]],
-    out: str | None = None,
-) -> Study:
-    """A study of these searches, and of nothing else, kept in the folder `out`; raises
-    ParameterError."""
-    from plumbob.engines.study.checkpoint import measured_into
-    from plumbob.engines.study.runner import run_study
-    from plumbob.reports.commands.arguments.console import note, progress, writable_folder
-
-    jobs = min(chosen.jobs or os.cpu_count() or 1, len(searches))
-    file = writable_folder("out", Path(out)) / FILE if out else None
-    with measured_into(file, note=note) as kept, progress() as show:
-        return run_study(
-            (),
-            methods,
-            jobs=jobs,
-            progress=show,
-            timed=False,
-            requests=lambda plan: searches,
-            command=chosen.line,
-            kept=kept,
-        )
-
-
-def _judged(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
-    """The long runs and the limits that a study holds; of one whose engine is missing, or whose
-    process was lost, why there is none."""
+def _judged_results(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
+    """Gives the judged long runs and largest steps of a study. If the engine of a long run is
+    missing or its process was lost, the judged result states that reason."""
     for request in study.extras:
         if isinstance(request, LongRunSearch):
-            why = "its engine is missing, or its process was lost"
-            yield judged_long_run(request, study.answer(request) or MeasuredLongRun(why=why))
+            lost = MeasuredLongRun(why="its engine is missing, or its process was lost")
+            yield judged_long_run(request, study.answer(request) or lost)
     yield from study_limits(study)

@@ -1,4 +1,4 @@
-"""plumbob validate: the main job: measure scenes with methods, judge, and write the page."""
+"""plumbob validate: measure scenes with methods, judge the errors, and write the pages."""
 
 from __future__ import annotations
 
@@ -37,11 +37,10 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 INCOMPLETE = 3
-Pair = tuple[str, str]  # scene, method
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Run the study, print the verdicts, write the page."""
+    """Measures the scenes with the methods, prints the verdicts and writes the pages."""
     scenes = find_scenes(chosen.scenes or (LIKE_SCENES if chosen.like else "*"), chosen.profile)
     methods = _methods(chosen.methods, chosen.like)
     if chosen.like:
@@ -49,23 +48,23 @@ def command(chosen: argparse.Namespace) -> int:
     if not pairs(scenes, methods):
         note(_reason_of_no_runs(scenes, methods))
     with values.workers(chosen) as (executor, jobs):
-        return _validated(chosen, scenes, methods, executor, jobs)
+        return _measure_and_report(chosen, scenes, methods, executor, jobs)
 
 
-def _validated(
+def _measure_and_report(
     chosen: argparse.Namespace,
     scenes: Sequence[Scene],
     methods: Sequence[Method],
     executor: Executor | None,
     jobs: int,
 ) -> int:
-    """Measure these scenes with these methods, the errors on the executor or in so many processes,
-    and report; returns the exit code."""
+    """Measures the scenes with the methods, prints the verdicts and writes the pages. Errors are
+    measured by the `executor` if there is one, else in `jobs` processes. Returns the exit code."""
     from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.analyses.engines.gradients import with_each_pair
     from plumbob.reports.view.site.writing import check_site_replaceable
 
-    judged: list[Judgements] = []  # once, for the analyses and for what is printed
+    judged: list[Judgements] = []  # one element, for the analyses and the terminal
 
     def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
         judged.append(judge_study(study, chosen.within))
@@ -77,7 +76,10 @@ def _validated(
     if junit:
         writable_folder("junitxml", junit.parent)
     with Workers(jobs) as workers:
-        with measured_into(out / store.FILE, chosen.fresh, note) as kept, progress() as show:
+        with (
+            measured_into(out / store.FILE, chosen.fresh, note) as checkpoint,
+            progress() as show,
+        ):
             try:
                 run_study(
                     scenes,
@@ -88,7 +90,7 @@ def _validated(
                     progress=show,
                     requests=with_each_pair(requests) if chosen.gradients else requests,
                     command=chosen.line,
-                    kept=kept,
+                    kept=checkpoint,
                     seed=chosen.seed or SEED,
                     analyse=analyse,
                 )
@@ -97,77 +99,83 @@ def _validated(
                     "what is measured is stored: the same command goes on from there"
                 )
                 raise
-        for what in kept.given_up:
-            note(f"given up: {what}; the same command tries it again")
+        for task in checkpoint.given_up:
+            note(f"given up: {task}; the same command tries it again")
+        number = checkpoint.number
         try:
-            code = _report(chosen, out, kept.number, junit, judged[0])
-            return code or (INCOMPLETE if kept.given_up else 0)
+            code = _print_and_write(chosen, out, number, junit, judged[0])
+            return code or (INCOMPLETE if checkpoint.given_up else 0)
         except BaseException as error:
-            drawn = shlex.join(["plumbob", "report", str(out), "--study", str(kept.number)])
-            error.add_note(f"the study is stored: `{drawn}` draws its page")
+            report = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
+            error.add_note(f"the study is stored: `{report}` draws its page")
             raise
 
 
-def _report(
+def _print_and_write(
     chosen: argparse.Namespace,
     out: Path,
     number: int,
     junit: Path | None,
     judged: Judgements,
 ) -> int:
-    """Write the pages of the stored study of that number, as `plumbob report` does, and what else
-    was asked for; returns the exit code."""
+    """Writes the pages of the stored study with this `number` and the JUnit file if there is one,
+    and prints the verdicts. Returns the exit code."""
     from plumbob.reports.view.site.writing import write_study_pages
     from plumbob.reports.view.terminal import study_values
     from plumbob.reports.view.user_settings import cost_factor
 
     study = store.load(out / store.FILE, number)
     assert study
-    results = user_results(study, judged)
+    user_rows = user_results(study, judged)
     page = write_study_pages(study, out)
-    every = results_of(study, records_of(study))
+    results = results_of(study, records_of(study))
     if junit:
-        write_study_junit(junit, study, every)
+        write_study_junit(junit, study, results)
     values.show(
         chosen,
-        study_records(study, judged, results),
+        study_records(study, judged, user_rows),
         "study",
-        **study_values(study, every, chosen.verbose),
+        **study_values(study, results, chosen.verbose),
         page=page,
-        results=results,
+        results=user_rows,
         like=chosen.like,
         factor=cost_factor,
     )
-    return exit_code(study, every)
+    return exit_code(study, results)
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
-    """The methods that were asked for, the user's own among them."""
+    """Returns the chosen methods; the method of the user's file comes first."""
     methods = find_methods(pattern or (LIKE_METHODS if like else "*"))
     if pattern in (None, "*"):
+        # An optional engine that is not installed is not asked for by `*`.
         methods = tuple(
-            m for m in methods if installed(engine_of(m)) or not engine_of(m).optional
+            method
+            for method in methods
+            if installed(engine_of(method)) or not engine_of(method).optional
         )
     return (own_method(like), *methods) if like else methods
 
 
 def _reason_of_no_runs(scenes: Sequence[Scene], methods: Sequence[Method]) -> str:
-    """One line that says why a study of these scenes and methods has no runs."""
-    patterns = ",".join(f"{engine}/*" for engine in dict.fromkeys(m.engine for m in methods))
-    others = dict.fromkeys(method.name for _, method in pairs(scenes, find_methods(patterns)))
+    """Returns one line that says why a study of these scenes and methods has no runs."""
+    engines = dict.fromkeys(method.engine for method in methods)
+    methods_of_engines = find_methods(",".join(f"{engine}/*" for engine in engines))
+    others = dict.fromkeys(method.name for _, method in pairs(scenes, methods_of_engines))
     names = ", ".join(method.name for method in methods)
-    meant = f"; meant for them: {', '.join(others)}" if others else ""
-    return f"no runs: none of the methods {names} is meant for one of these scenes{meant}"
+    advice = f"; meant for them: {', '.join(others)}" if others else ""
+    return f"no runs: none of the methods {names} is meant for one of these scenes{advice}"
 
 
-def exit_code(study: Study, every: Results) -> int:
-    """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
-    settings ran nothing, else 0."""
-    if unexpected_searches(judged_searches(study)) or "unexpected" in {
-        of.meaning for of in every.values()
-    }:
+def exit_code(study: Study, results: Results) -> int:
+    """Returns 1 if a verdict is not as expected; else 3 if an engine is missing or the user's own
+    settings ran nothing; else 0."""
+    meanings = {result.meaning for result in results.values()}
+    if unexpected_searches(judged_searches(study)) or "unexpected" in meanings:
         return 1
-    verdicts = {of.judged.verdict for of in every.values()}
-    user = {of.judged.verdict for of in every.values() if of.name == USER_METHOD}
-    nothing = user and user <= {"unsupported", "missing"}
-    return INCOMPLETE if nothing or "missing" in verdicts else 0
+    verdicts = {result.judged.verdict for result in results.values()}
+    user_verdicts = {
+        result.judged.verdict for result in results.values() if result.name == USER_METHOD
+    }
+    user_ran_nothing = user_verdicts and user_verdicts <= {"unsupported", "missing"}
+    return INCOMPLETE if user_ran_nothing or "missing" in verdicts else 0

@@ -1,4 +1,4 @@
-"""plumbob worst: the parameters in a box for which a method is worst."""
+"""plumbob worst: search a box of parameters for the largest error of a method."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from plumbob.engines.sweep.worst import Found
     from plumbob.models.scene import Case
 
-BUDGET = 200  # runs
+BUDGET = 200  # largest number of runs
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Search, keep what was found, print it with the command that repeats it."""
+    """Searches for the worst parameters, stores them, and prints them with the command that repeats
+    their run."""
     from plumbob.engines.box import box
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import run_error, runnable
@@ -30,18 +31,16 @@ def command(chosen: argparse.Namespace) -> int:
 
     method = find_method(chosen.method)
     with values.representable(chosen.changes):
-        around = box(chosen.scene, chosen.changes, chosen.within)
-    runnable(around, [method])
-    score = run_error if chosen.by == "error" else of_tolerance
+        parameter_box = box(chosen.scene, chosen.changes, chosen.within)
+    runnable(parameter_box, [method])
+    score = run_error if chosen.by == "error" else tolerance_fraction
     with progress() as show:
-        answer = search(
-            around,
-            method,
-            chosen.step or default_step(method),
-            chosen.budget,
-            score,
-            progress=lambda done, of, worst: show(f"worst so far {worst:.3g}", done, of),
-        )
+
+        def show_worst(runs: int, budget: int, worst_score: float) -> None:
+            show(f"worst so far {worst_score:.3g}", runs, budget)
+
+        step = chosen.step or default_step(method)
+        answer = search(parameter_box, method, step, chosen.budget, score, show_worst)
     store.keep_worst(Path(chosen.out) / store.FILE, answer)
     record = _record(answer)
     values.show(
@@ -59,9 +58,10 @@ def command(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def of_tolerance(case: Case, method: Method, step: float) -> float:
-    """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
-    `off-prediction`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
+def tolerance_fraction(case: Case, method: Method, step: float) -> float:
+    """Returns the largest fraction of its tolerance that the error of an observable reaches in a
+    run. A fraction above 1 means the verdict `off-prediction`. The fraction is 0 if nothing is
+    judged, and infinite if the run diverged or was cut short."""
     from plumbob.engines.study.measurement import measure
     from plumbob.reports.judge.tolerance import used_fraction
     from plumbob.reports.judge.verdict import judge
@@ -69,14 +69,17 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
     run, _ = measure(case, method, step)
     if run.status != "done":
         return math.inf if run.status in ("diverged", "cut-short") else 0.0
-    allowed = judge(run, case.system, method, case.system.quantities(case)).tolerances
-    return max(
-        (used_fraction(run.errors[n], bound) for n, bound in allowed.items()), default=0.0
+    quantities = case.system.quantities(case)
+    tolerances = judge(run, case.system, method, quantities).tolerances
+    fractions = (
+        used_fraction(run.errors[name], tolerance) for name, tolerance in tolerances.items()
     )
+    return max(fractions, default=0.0)
 
 
 def _record(worst: Found) -> dict[str, Any]:
-    from plumbob.reports.view.sweep.text import repeat_command as repeated
+    """Returns the worst place as plain data."""
+    from plumbob.reports.view.sweep.text import repeat_command as command_line
 
     parameters = {**dict(worst.box.changes), **worst.parameters}
     return {
@@ -90,5 +93,5 @@ def _record(worst: Found) -> dict[str, Any]:
         "without_error": worst.without,
         "certain": worst.certain,
         "certificate": worst.certificate,
-        "command": repeated(worst.box.scene, worst.method, worst.step, parameters),
+        "command": command_line(worst.box.scene, worst.method, worst.step, parameters),
     }

@@ -184,11 +184,11 @@ def test_the_worst_body_is_the_one_that_is_furthest_off():
 @pytest.mark.parametrize(
     ("errors", "said"),
     [
-        ((5.5e-3, 3e-3), "5.5 mm -> at most 3.7 mm: the reference tells no more"),
+        ((5.5e-3, 3e-3), "5.5 mm -> at most 3.7 mm: the reference shows no smaller errors"),
         ((5.5e-3, 4e-3), "hardly helps: 5.5 mm -> 4 mm"),
-        ((3e-3, 1e-3), "not resolved: the reference tells errors from 3.5 mm on"),
-        ((math.inf, math.inf, 1e-3), "needed: from 2.5 ms on it holds"),
-        ((math.inf, math.inf), "no step of it holds, down to 5 ms"),
+        ((3e-3, 1e-3), "not resolved: the reference shows only errors above 3.5 mm"),
+        ((math.inf, math.inf, 1e-3), "needed: steps hold from 2.5 ms down"),
+        ((math.inf, math.inf), "no step holds, down to 5 ms"),
     ],
 )
 def test_halving_says_what_the_reference_tells(found, errors, said):

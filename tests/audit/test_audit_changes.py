@@ -104,7 +104,7 @@ def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
     against = [*quick, "--against", str(old), "--fail-above", "5%"]
     assert main(against) == 0
     assert "since then" in (out := capsys.readouterr().out)
-    assert "nothing has moved" in out
+    assert "nothing has changed" in out
     file.write_text(ROD.replace("0.005", "0.01").replace("<joint", '<joint damping="0.01"'))
     assert main([*against, "--json"]) == 1
     printed = capsys.readouterr()

@@ -293,7 +293,7 @@ def test_an_unstable_step_is_said_first(tmp_path, capsys):
     assert main(command) == 0
     second = capsys.readouterr().out.splitlines()[1]
     assert second.split(maxsplit=1)[0] == "stable"
-    assert "no: 5 ms is too large; up to 4.4" in second
+    assert "no: 5 ms is too large; stable up to 4.4" in second
     assert DRIVEN in second
     assert main([*command, "--stable", "--json"]) == 1
     printed = capsys.readouterr()

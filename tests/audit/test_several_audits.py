@@ -16,12 +16,12 @@ from plumbob import audit
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Workers
 from plumbob.reports.cli import main
-from plumbob.reports.commands import several_audits
-from plumbob.reports.commands.several_audits import (
+from plumbob.reports.commands.arguments import several_audits
+from plumbob.reports.commands.arguments.several_audits import (
     Row,
     model_files,
     page_names,
-    refused,
+    refused_row,
     write_badge,
 )
 
@@ -84,7 +84,7 @@ def test_what_is_no_model_is_skipped_and_counted(tmp_path, monkeypatch, capsys):
     audits = [Row(str(tmp_path), 1.0, 1.0, "", 0, {})]
     asked = []
     monkeypatch.setattr(
-        several_audits, "audited", lambda files, *rest: asked.extend(files) or audits
+        several_audits, "audit_rows", lambda files, *rest: asked.extend(files) or audits
     )
     assert main(["audit", "."]) == 0
     assert capsys.readouterr().err == (
@@ -115,7 +115,7 @@ def test_the_largest_file_is_begun_first(folder, monkeypatch):
     begun = []
     monkeypatch.setattr(Workers, "results", lambda self, tasks: begun.extend(tasks) or ())
     files = [folder / name for name in ("none.xml", "notes.xml", "part.xml", "whole.xml")]
-    assert list(several_audits.audited(files, str, 2, 1.0)) == []
+    assert list(several_audits.audit_rows(files, str, 2, 1.0)) == []
     assert [task.key.stem for task in begun] == ["part", "whole", "notes", "none"]
 
 
@@ -125,7 +125,7 @@ HOSTILE = "a b&#?%\x1b\x00\udcff\ud800\u2028'<:é.xml"
 def test_names_with_any_character(tmp_path):
     """JUnit's file is XML, and a link leads to the page's file."""
     name = HOSTILE.replace("\x00", "").replace("\ud800", "")
-    row = replace(refused(name, HOSTILE), page=f"audit-{name}.html".replace(".xml", ""))
+    row = replace(refused_row(name, HOSTILE), page=f"audit-{name}.html".replace(".xml", ""))
     page = several_audits.write_page([row], tmp_path, HOSTILE, 1.0)
     (tmp_path / row.page).touch()
     links = re.findall(r'href="(audit-[^"]*)"', page.read_text("utf-8"))
@@ -150,7 +150,7 @@ def test_each_file_has_a_page_of_its_own():
 
 def test_a_path_ends_no_workflow_command():
     """A line break, a comma or a colon in it."""
-    (command,) = several_audits.workflow_commands(refused("a\n::b,c.xml", "no\nmodel"))
+    (command,) = several_audits.workflow_commands(refused_row("a\n::b,c.xml", "no\nmodel"))
     assert command == "::error file=a%0A%3A%3Ab%2Cc.xml,line=1,title=plumbob audit::no%0Amodel"
 
 
@@ -198,10 +198,11 @@ def test_junit_has_a_case_for_each_model(folder, capsys, monkeypatch):
         "a.xml": Row("a.xml", 0.1, 0.01, "keep", 0, {"error": 0.1, "uncertainty": math.inf}),
         "b.xml": Row("b.xml", 0.3, 0.01, "keep", 1, {"error": 0.3}, missed="0.3 m off"),
         "c.xml": Row("c.xml", None, 0.01, "", 0, {"error": math.nan, "why": "a chaos"}),
-        "d.xml": refused("d.xml", "no model"),
+        "d.xml": refused_row("d.xml", "no model"),
     }
     monkeypatch.setattr(
-        "plumbob.reports.commands.several_audits.audited", lambda *_: iter(of.values())
+        "plumbob.reports.commands.arguments.several_audits.audit_rows",
+        lambda *_: iter(of.values()),
     )
     junit = folder / "new" / "junit.xml"
     assert main(["audit", str(folder), "--junitxml", str(junit)]) == 2
@@ -226,7 +227,7 @@ FINE = replace(SMALL, error=1e-6, data={"resolved": False, "uncertainty": 2e-6})
 
 
 def test_an_error_below_the_certificate_is_a_bound():
-    _, fine, small = several_audits.lines([FINE, SMALL])
+    _, fine, small = several_audits.table_lines([FINE, SMALL])
     assert "at most 3 µm" in fine
     assert "at most" not in small
 
@@ -243,8 +244,8 @@ def test_an_error_below_the_certificate_is_a_bound():
         ([replace(SMALL, error=None)], True, "no reference", "lightgrey"),
         ([SMALL, replace(SMALL, error=None)], False, "3.5 cm, worst of 2 models", "lightgrey"),
         ([replace(SMALL, error=None, code=1, missed="none")], False, "no reference", "red"),
-        ([refused("d.xml", "no model")], False, "not audited", "red"),
-        ([SMALL, refused("d.xml", "no model")], True, "3.5 cm, worst of 2 models", "red"),
+        ([refused_row("d.xml", "no model")], False, "not audited", "red"),
+        ([SMALL, refused_row("d.xml", "no model")], True, "3.5 cm, worst of 2 models", "red"),
     ],
 )
 def test_a_badge_says_the_largest_error(rows, bounded, message, color, tmp_path):

@@ -117,7 +117,7 @@ def test_a_page_of_it(study, compare, tmp_path):
     document = Document(text)
     assert broken_links({file: document}) == []
     for words in (
-        "1 have an error that moved",
+        "The errors of 1 pair changed by more than rounding explains",
         "errors grew by more than 20 %",
         "3.1.4",
         f"plumbob compare {tmp_path}",

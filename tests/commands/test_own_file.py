@@ -195,7 +195,7 @@ def test_text_says_what_to_paste(tmp_path, capsys):
         ("run mujoco/euler --step 4e-3", 1, "no error: diverged within"),
         ("stability mujoco/euler drake/default", 3, "pydrake is not installed"),
         ("stability mujoco/rk4", 0, "along this motion (your 1 ms: "),
-        ("stability mujoco/euler", 1, "no: 1 ms is too large; up to "),
+        ("stability mujoco/euler", 1, "no: 1 ms is too large; stable up to "),
     ],
 )
 def test_exit_codes(words, code, says, tmp_path, capsys, monkeypatch):

@@ -281,5 +281,5 @@ def test_findings_survive_what_an_engine_returns(kind, tmp_path, capsys, monkeyp
     assert found.failure(LINE, "pymunk/feet") == ""
     pages = "".join(p.read_text("utf-8") for p in (tmp_path / "out").rglob("*.html"))
     assert 'id="capsule-any-line"' in pages
-    said = "left out, which this study" in pages
+    said = "left out, because the runs that they need" in pages
     assert said == (kind == "errors, and no channels")

@@ -109,6 +109,18 @@ def _circle(root, nodes):
     return []
 
 
+def commands_that_import_commands(root):
+    """Imports of one command's module by another command: shared code lies in `arguments`."""
+    prefix = f"{PACKAGE}.reports.commands."
+    wrong = []
+    for path, found in _imports(root):
+        module = found.name.removeprefix(prefix).split(".")[0]
+        is_command = module not in (found.name.split(".")[0], "arguments")
+        if path.parts[:2] == ("reports", "commands") and is_command:
+            wrong.append(f"{path}:{found.line}: imports {found.name}")
+    return wrong
+
+
 def theory_upside_down(root):
     """Imports in `analytic` of a part that builds on the importing one: numerics <- systems <-
     errors."""

@@ -25,11 +25,11 @@ def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end():
     found = requested_plan(short.parameters)
     run = run_plan(found, short, FEET, 2e-4)
     assert {"turn", "line", "slow"} <= (kinds := {m.kind for m in found.manoeuvres})
-    last = run.after[-1]
-    parts = errors_by_kind(found, run.after)
+    last = run.errors_after[-1]
+    parts = errors_by_kind(found, run.errors_after)
     # a sum of some ten roundings of 1e-4
     assert sum(parts.values()) == pytest.approx(last, abs=1e-15)
-    ends = [run.found.errors[name].end for name in POSE_OBSERVABLES]
+    ends = [run.measurement.errors[name].end for name in POSE_OBSERVABLES]
     assert ends == pytest.approx(last, abs=1e-13)
     assert set(parts) <= kinds
     # While the body sticks, the only error is the residual of the solver's iterations.

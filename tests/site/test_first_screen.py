@@ -98,7 +98,7 @@ def test_settings_costs_and_results_stand_on_the_index(study, index):
     assert all(sentence in words for sentence in contacts.sentences)
     for settings in ('cone="elliptic"', 'solreffriction="-1 -0.1"', 'integrator="RK4"'):
         assert settings in words
-    for said in ("a step costs", "plumbob settings", "runs."):
+    for said in ("A step takes", "plumbob settings", "runs."):
         assert said in words
     counts = sum(first_screen.meanings_by_engine(_results(study)).values(), Counter())
     for meaning, count in counts.items():

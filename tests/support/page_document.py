@@ -14,7 +14,7 @@ from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, parser
-from plumbob.reports.commands.arguments.options import read
+from plumbob.reports.commands.arguments.options import read_values
 
 
 class Document(HTMLParser):
@@ -128,7 +128,7 @@ def resolve(command, folder):
     """Raises SystemExit, ParameterError or AssertionError unless a command can be read, and its
     scenes, methods, numbers, and files in `folder` are there; runs nothing."""
     chosen = _parser().parse_args(words(command))
-    read(chosen)
+    read_values(chosen)
     given = vars(chosen)
     if "scenes" in given:
         found = find_scenes(chosen.scenes or "*", chosen.profile)

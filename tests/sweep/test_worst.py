@@ -10,7 +10,7 @@ from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.sweep.worst import SURE, certificate, search
 from plumbob.models.registry import case_of, scene
-from plumbob.reports.commands.worst import of_tolerance
+from plumbob.reports.commands.worst import tolerance_fraction
 from plumbob.reports.judge.verdict import judge
 
 EULER = method("mujoco/euler")
@@ -76,4 +76,4 @@ def test_more_than_all_of_a_tolerance_is_a_failure(name, tried, factor, fails):
     found, _ = measure(case, chosen, step)
     verdict = judge(found, case.system, chosen, case.system.quantities(case)).verdict
     assert (verdict == "off-prediction") is fails
-    assert (of_tolerance(case, chosen, step) > 1.0) is fails
+    assert (tolerance_fraction(case, chosen, step) > 1.0) is fails

@@ -20,7 +20,7 @@ from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece, arc, s
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import NEAR_GOAL, problem
-from plumbob.reports.commands.plan import described
+from plumbob.reports.commands.plan import plan_record
 from plumbob.tests.support.random_capsules import CHECK
 
 PLACES = dict(GOAL_POSES)
@@ -221,6 +221,6 @@ def test_headings_are_alike_up_to_whole_turns(turns):
 def test_what_is_said_of_a_plan_s_error():
     made = planned(next(iter(PLACES)), "free")
     elsewhere = RestPose(made.goal.x + 0.3, made.goal.y - 0.4, made.goal.heading + 0.1)
-    said = described(replace(made, goal=elsewhere))
+    said = plan_record(replace(made, goal=elsewhere))
     assert said["position_error"] == pytest.approx(0.5, abs=1e-9)
     assert said["heading_error"] == pytest.approx(0.1, abs=1e-9)

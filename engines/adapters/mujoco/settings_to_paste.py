@@ -94,9 +94,9 @@ def _convergent(
     scheme = Scheme(method.scheme.integrator)  # the damping of contacts is explicit
     ratio = largest_ratio(stiffness, DAMPING, scheme)
     stable = (
-        f"stable while it slides where no oscillation on the contacts is faster than "
-        f"{ratio:.3g}^(1/2) times one contact; `plumbob settings --check` "
-        "tells, and a smaller --stiffness allows more"
+        f"stable if the sliding body bounces on its contacts at less than {ratio**0.5:.2g} times "
+        "the frequency of one contact; `plumbob settings --check` checks that, and a smaller "
+        "--stiffness allows more"
     )
 
     def mjcf(softening: float) -> str:

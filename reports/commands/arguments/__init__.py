@@ -1,1 +1,1 @@
-"""Arguments that several commands take: values, and a model file of the user's own."""
+"""Code that several commands share: readers of their arguments, the console, runs and rows."""

@@ -1,4 +1,5 @@
-"""What commands print beside their results: a progress bar and notes; and the folder of results."""
+"""Output of a command beside its result: a progress bar, notes on stderr, and the folder of
+results."""
 
 from __future__ import annotations
 
@@ -18,8 +19,8 @@ def note(line: str) -> None:
 
 
 def writable_folder(name: str, folder: Path) -> Path:
-    """Returns the folder, which is made if there is none, if a file can be written into it. Raises
-    ParameterError for the argument `name` otherwise."""
+    """Returns `folder` if a file can be written into it; creates the folder if it does not exist.
+    Otherwise raises ParameterError for the argument `name`."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -31,8 +32,9 @@ def writable_folder(name: str, folder: Path) -> Path:
 
 @contextmanager
 def progress() -> Iterator[Progress]:
-    """A function that shows a progress bar on stderr: the description of a task, the number of
-    tasks done, and of all tasks. If stderr is no terminal, the function does nothing."""
+    """Gives a function that shows a progress bar on stderr. Its arguments are the description of a
+    task, the number of finished tasks and the number of all tasks. If stderr is no terminal, the
+    function does nothing."""
     if not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
@@ -45,7 +47,7 @@ def progress() -> Iterator[Progress]:
         rich.MofNCompleteColumn(),
         console=Console(stderr=True),
         transient=True,
-        # If stdout is a pipe, what is printed meanwhile belongs to the pipe.
+        # If stdout is a pipe, lines that are printed meanwhile have to go into the pipe.
         redirect_stdout=sys.stdout.isatty(),
     )
     with bar:

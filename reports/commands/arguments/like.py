@@ -1,4 +1,5 @@
-"""The argument of `--like`: a user's model file, and the methods to compare it with by default."""
+"""The argument of `--like`: the user's model file, and the scenes and methods to compare it
+with."""
 
 from __future__ import annotations
 
@@ -11,8 +12,9 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import find_engine, installed
 from plumbob.models.scene import Scene
 
-# A line at four headings shows soonest how well a setting's friction works.
-SCENES = ",".join(("*", *(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))))
+# A line at four headings shows fastest whether the friction settings are accurate.
+LINES = tuple(f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90))
+SCENES = ",".join(("*", *LINES))
 METHODS = ",".join(
     (
         "mujoco/euler",
@@ -27,11 +29,11 @@ METHODS = ",".join(
         "ode/rk4",
     )
 )
-LARGEST_RATIO = 2.5  # the largest ratio of two step sizes in a row
+LARGEST_RATIO = 2.5  # largest ratio of two neighbouring step sizes
 
 
 def own_method(path: str) -> Method:
-    """The method that the settings in the file `path` are; raises ParameterError."""
+    """Returns the method that has the settings of the user's file `path`. Raises ParameterError."""
     engine = find_engine(USER_METHOD.partition("/")[0])
     settings = engine.ability(UserSettings)
     if settings is None or not installed(engine):
@@ -40,8 +42,9 @@ def own_method(path: str) -> Method:
 
 
 def beside(scene: Scene, user_method: Method) -> Scene:
-    """The scene with the user's step among its step sizes, for other methods to be measured at it
-    too; unchanged where that step is far outside them."""
+    """Returns `scene` with the user's step among its step sizes, so that other methods are measured
+    at that step too. If the user's step is far outside the scene's step sizes, returns `scene`
+    unchanged."""
     step = user_method.step_sizes[0]
     if step in scene.steps or not min(scene.steps) <= step <= LARGEST_RATIO * max(scene.steps):
         return scene

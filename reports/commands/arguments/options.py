@@ -1,4 +1,4 @@
-"""The arguments of a command, as its file in `reports/commands/options` has them."""
+"""Declares the arguments of a command from its TOML file in `reports/commands/options`."""
 
 from __future__ import annotations
 
@@ -16,61 +16,84 @@ from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
 
 OPTIONS = Path(__file__).parents[1] / "options"
-Reader = Callable[[Any], Any]  # of an argument's text; raises ParameterError
-NAMES = "names"  # an epilog: what --set takes
+Reader = Callable[[Any], Any]  # from an argument's text to its value; raises ParameterError
+NAMES = "names"  # placeholder of the text that lists the parameters of --set
 
 
 def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> None:
-    """Declare the arguments of a command, those that its module adds too. A table a argument: its
-    names, and what argparse takes of it; {NAME} is the module's own, `one_of` an argument of which
-    one has to be there, and `kind`, or `kinds` of a list, the function of `values` to read it."""
-    readers: dict[str, Reader] = {}
-    parser.set_defaults(readers=readers)
-    if (file := OPTIONS / f"{name}.toml").is_file():
-        names = vars(module) | {"USER_METHOD": USER_METHOD}
-        shared = _read(OPTIONS / "shared.toml", names)
-        one_of: Any = None
-        for key, of in _read(file, names).items():
+    """Declares the arguments of the command `name` and those that its `module` adds.
+
+    The command's TOML file has a table for each argument. The table's name is the argument's
+    names, and its entries go to argparse as they are, except four. {NAME} in a text is the constant
+    NAME of the module. `kind` is the function of `values` that reads the argument; `kinds` is the
+    function that reads each part of a list. Exactly one of the arguments with `one_of` has to be
+    given. An empty table stands for the table in `shared.toml`."""
+    parser.set_defaults(readers={})
+    file = OPTIONS / f"{name}.toml"
+    if file.is_file():
+        constants = vars(module) | {"USER_METHOD": USER_METHOD}
+        shared = _read_toml(OPTIONS / "shared.toml", constants)
+        alternatives: Any = None
+        for key, table in _read_toml(file, constants).items():
             if key == "parameters":
-                parser.formatter_class, parser.epilog = _Help, NAMES
+                parser.formatter_class = _Help
+                parser.epilog = NAMES
                 continue
-            settings: dict[str, Any] = of or shared[key]
-            place: Any = parser
+            settings: dict[str, Any] = table or shared[key]
             if settings.pop("one_of", False):
-                place = one_of = one_of or parser.add_mutually_exclusive_group(required=True)
-            if isinstance(settings.get("metavar"), list):
-                settings["metavar"] = tuple(settings["metavar"])
-            kind = settings.pop("kind", "")
-            kinds = settings.pop("kinds", "")
-            dest = place.add_argument(*key.split(), **settings).dest
-            if kind or kinds:
-                reader: Reader = partial(getattr(values, kind or kinds), key.lstrip("-"))
-                readers[dest] = partial(values.each, reader) if kinds else reader
+                if alternatives is None:
+                    alternatives = parser.add_mutually_exclusive_group(required=True)
+                _declare_argument(parser, alternatives, key, settings)
+            else:
+                _declare_argument(parser, parser, key, settings)
     if hasattr(module, "arguments"):
         module.arguments(parser)
 
 
-def read(chosen: argparse.Namespace) -> None:
-    """Put values in the place of the texts that were chosen; raises ParameterError."""
+def _declare_argument(
+    parser: argparse.ArgumentParser, group: Any, names: str, settings: dict[str, Any]
+) -> None:
+    """Adds an argument with these `names`, separated by spaces, to the parser or to one of its
+    groups, and its reader to the parser's defaults."""
+    if isinstance(settings.get("metavar"), list):
+        settings["metavar"] = tuple(settings["metavar"])
+    kind = settings.pop("kind", None)
+    kind_of_parts = settings.pop("kinds", None)
+    argument = group.add_argument(*names.split(), **settings)
+    reader: Reader | None = None
+    if kind:
+        reader = partial(getattr(values, kind), names.lstrip("-"))
+    elif kind_of_parts:
+        read_part = partial(getattr(values, kind_of_parts), names.lstrip("-"))
+        reader = partial(values.read_each, read_part)
+    if reader:
+        parser.get_default("readers")[argument.dest] = reader
+
+
+def read_values(chosen: argparse.Namespace) -> None:
+    """Replaces the texts of the arguments by their values. Raises ParameterError."""
     for name, reader in chosen.readers.items():
-        if (text := getattr(chosen, name)) is not None:
+        text = getattr(chosen, name)
+        if text is not None:
             setattr(chosen, name, reader(text))
 
 
-def _read(file: Path, names: dict[str, Any]) -> dict[str, Any]:
-    return tomllib.loads(file.read_text("utf-8").format_map(names))
+def _read_toml(file: Path, constants: dict[str, Any]) -> dict[str, Any]:
+    """Returns the tables of a TOML file, after each {NAME} is replaced by the constant NAME."""
+    return tomllib.loads(file.read_text("utf-8").format_map(constants))
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """Help that looks the names of parameters up when it is printed: systems take time to load."""
+    """Help text that looks up the names of parameters only when it is printed, because loading the
+    systems takes time."""
 
     def add_text(self, text: str | None) -> None:
-        super().add_text(_names() if text == NAMES else text)
+        super().add_text(_parameter_names() if text == NAMES else text)
 
 
-def _names() -> str:
-    """Every system with its parameters, a paragraph each."""
-    each = (
+def _parameter_names() -> str:
+    """Returns a paragraph for each system, with the names of its parameters."""
+    paragraphs = (
         textwrap.fill(
             ", ".join(system.parameters),
             78,
@@ -80,4 +103,4 @@ def _names() -> str:
         )
         for name, system in systems().items()
     )
-    return "\n".join(("parameters that --set takes:", *each))
+    return "\n".join(("parameters that --set takes:", *paragraphs))

@@ -1,4 +1,4 @@
-"""Values of command-line arguments: numbers, lists of times, parameters as NAME=JSON."""
+"""Readers of command-line arguments: numbers, lists, intervals, and parameters as NAME=JSON."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Scene
 
 T = TypeVar("T")
-HELD = "such that double precision holds the exact solution"
+REPRESENTABLE = "such that double precision holds the exact solution"
 
 
 def number(name: str, text: str) -> float:
-    """`text` as a finite number; raises ParameterError."""
+    """Returns `text` as a finite number. Raises ParameterError."""
     try:
         return finite(name, float(text))
     except ValueError:
@@ -46,22 +46,24 @@ def number(name: str, text: str) -> float:
 
 
 def positive_number(name: str, text: str) -> float:
-    """`text` as a number above zero; raises ParameterError."""
+    """Returns `text` as a number above zero. Raises ParameterError."""
     return positive(name, number(name, text))
 
 
 def non_negative_number(name: str, text: str) -> float:
-    """`text` as a number of zero or more; raises ParameterError."""
+    """Returns `text` as a number of zero or more. Raises ParameterError."""
     return non_negative(name, number(name, text))
 
 
-def each(read: Callable[[str], T], texts: str | Sequence[str]) -> list[T]:
-    """T,T,..., or so many texts, as a list of values."""
-    return [read(part) for part in (texts.split(",") if isinstance(texts, str) else texts)]
+def read_each(read: Callable[[str], T], texts: str | Sequence[str]) -> list[T]:
+    """Returns the values that `read` gives for a list of texts, or for the parts of one text
+    T,T,..."""
+    parts = texts.split(",") if isinstance(texts, str) else texts
+    return [read(part) for part in parts]
 
 
 def count(name: str, text: str, least: int = 1) -> int:
-    """`text` as a whole number of `least` or more, below 2^63; raises ParameterError."""
+    """Returns `text` as a whole number from `least` to 2^63 - 1. Raises ParameterError."""
     if not (
         text.isascii() and text.isdigit() and len(text) < 20 and least <= int(text) < 2**63
     ):
@@ -70,7 +72,7 @@ def count(name: str, text: str, least: int = 1) -> int:
 
 
 def fraction(name: str, text: str) -> float:
-    """5% or 0.05 as a fraction, 0 or more; raises ParameterError."""
+    """Returns a text such as 5% or 0.05 as a fraction of zero or more. Raises ParameterError."""
     try:
         value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
@@ -81,7 +83,7 @@ def fraction(name: str, text: str) -> float:
 
 
 def changes(argument: str, texts: Sequence[str]) -> dict[str, Any]:
-    """NAME=JSON, ... as a mapping; raises ParameterError."""
+    """Returns texts NAME=JSON as a mapping from names to values. Raises ParameterError."""
     changed: dict[str, Any] = {}
     for entry in texts:
         name, equals, value = entry.partition("=")
@@ -94,52 +96,63 @@ def changes(argument: str, texts: Sequence[str]) -> dict[str, Any]:
     return changed
 
 
-def without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> None:
-    """Raises ParameterError, which says `what` it must be, where one of these options is given."""
+def refuse_options(chosen: argparse.Namespace, names: Sequence[str], wanted: str) -> None:
+    """Raises ParameterError if one of the options `names` is given. `wanted` is the end of the
+    message: what the option must be."""
     for name in names:
-        if (value := getattr(chosen, name)) and value != "rest":
+        value = getattr(chosen, name)
+        if value and value != "rest":
             option = "set" if name == "changes" else name.replace("_", " ")
-            raise ParameterError(option, value, what)
+            raise ParameterError(option, value, wanted)
 
 
 def side(argument: str, text: str) -> Side:
-    """NAME=LO:HI, or NAME=LO:HI:log, as a side of a box; raises ParameterError."""
-    return _side(argument, text, "NAME=LO:HI")[0]
+    """Returns NAME=LO:HI or NAME=LO:HI:log as an interval of a parameter. Raises ParameterError."""
+    return _read_side(argument, text, "NAME=LO:HI")[0]
 
 
 def counted_side(argument: str, text: str) -> tuple[Side, int]:
-    """The same with :N behind HI, and N; raises ParameterError."""
-    limits, number_of = _side(argument, text, "NAME=LO:HI:N")
-    return limits, count(limits.name, number_of)
+    """Returns NAME=LO:HI:N or NAME=LO:HI:N:log as an interval of a parameter and the number N of
+    its values. Raises ParameterError."""
+    interval, number_of_values = _read_side(argument, text, "NAME=LO:HI:N")
+    return interval, count(interval.name, number_of_values)
 
 
-def _side(argument: str, text: str, form: str) -> tuple[Side, str]:
+def _read_side(argument: str, text: str, form: str) -> tuple[Side, str]:
+    """Returns the interval in a text of the given `form`, with :log at its end or without, and the
+    last part of the text before :log. Raises ParameterError."""
     from plumbob.engines.box import Side
 
     name, _, bounds = text.partition("=")
-    *parts, last = bounds.split(":")
-    parts += [last] * (last != "log")
+    parts = bounds.split(":")
+    logarithmic = parts[-1] == "log"
+    if logarithmic:
+        parts.pop()
     if not name or len(parts) != form.count(":") + 1:
         raise ParameterError(argument, text, f"{form}, or {form}:log")
     low, high = (number(name, part) for part in parts[:2])
     if low >= high:
         raise ParameterError(argument, text, "with the smaller value first")
-    if last == "log" and low <= 0.0:
+    if logarithmic and low <= 0.0:
         raise ParameterError(argument, text, "above 0 where spaced by ratios")
-    return Side(name, low, high, last == "log"), parts[-1]
+    return Side(name, low, high, logarithmic), parts[-1]
 
 
 def scenes(pattern: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
-    """The scenes of a name or pattern, with some parameters changed; raises ParameterError."""
+    """Returns the scenes that a name or pattern means, with the parameters `changed`. Raises
+    ParameterError."""
     with representable(changed):
         if any(mark in pattern for mark in "*?[,"):
             matching = find_scenes(pattern)
-            return tuple(find_scene(s.name, changed) for s in matching) if changed else matching
+            if not changed:
+                return matching
+            return tuple(find_scene(scene.name, changed) for scene in matching)
         return (find_scene(pattern, changed),)
 
 
 def html_file(name: str, text: str) -> Path:
-    """A file .html that can be written; raises ParameterError with the `name` of the option."""
+    """Returns the path of an .html file that can be written. Raises ParameterError with the `name`
+    of the option."""
     file = Path(text)
     check_replaceable(name, file)
     if file.suffix != ".html" or not os.access(file.parent, os.W_OK):
@@ -149,8 +162,8 @@ def html_file(name: str, text: str) -> Path:
 
 @contextmanager
 def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]:
-    """An executor for tasks, a cluster's or none, and how many run at a time; raises
-    ParameterError."""
+    """Gives the executor of a Dask scheduler, or None if none is chosen, and the number of tasks
+    that run at a time. Raises ParameterError."""
     if chosen.scheduler is None:
         yield None, chosen.jobs or os.cpu_count() or 1
         return
@@ -166,9 +179,10 @@ def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]
 def representable(
     changed: Mapping[str, Any], chosen: argparse.Namespace | None = None
 ) -> Iterator[None]:
-    """Raises ParameterError, naming what was `changed`, where the exact solution fails in double
-    precision: the extremes of some parameters overflow; and, given all arguments `chosen`, where an
-    error names neither that nor one of them."""
+    """Turns numerical errors of the exact solution into ParameterError: extreme values of the
+    parameters `changed` overflow double precision. The message names these parameters. If all
+    arguments are given as `chosen`, a ParameterError that names none of them is raised anew with
+    the names of the changed parameters."""
     try:
         with np.errstate(all="ignore"):
             yield
@@ -179,18 +193,22 @@ def representable(
     except (ArithmeticError, np.linalg.LinAlgError, RuntimeError) as error:
         if not changed:
             raise
-        raise changed_beyond(changed, HELD) from error
+        raise changed_beyond(changed, REPRESENTABLE) from error
 
 
 def all_finite(changed: Mapping[str, Any], *answers: Signals) -> None:
-    """Raises ParameterError, naming what was `changed`, where an observable, or what double
-    precision allows it, is not finite."""
-    if changed and not all(np.isfinite(v).all() for answer in answers for v in answer.values()):
-        raise changed_beyond(changed, HELD)
+    """Raises ParameterError, which names the parameters `changed`, if a number in the `answers` is
+    not finite."""
+    if not changed:
+        return
+    for signals in answers:
+        if not all(np.isfinite(values).all() for values in signals.values()):
+            raise changed_beyond(changed, REPRESENTABLE)
 
 
 def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: Any) -> None:
-    """Print a record as JSON where that is chosen, else the lines that a template writes."""
+    """Prints `record` as JSON if the user asks for JSON. Otherwise prints the lines that `template`
+    makes of the `values`."""
     if chosen.json:
         print_json(record)
         return
@@ -200,7 +218,7 @@ def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: An
 
 
 def print_json(value: Any) -> None:
-    """Print `value` on stdout as JSON knows it."""
+    """Prints `value` on stdout as JSON."""
     from plumbob.reports.advice.json_records import plain
 
     json.dump(plain(value), sys.stdout, indent=1)
@@ -208,5 +226,6 @@ def print_json(value: Any) -> None:
 
 
 def default_step(method: Method) -> float:
-    """The step [s], or tolerance, of a run unless another is asked for."""
+    """Returns the step [s] of a run without --step, or the relative tolerance if the method's step
+    is adaptive."""
     return (method.step_sizes or (1e-3,))[-1]

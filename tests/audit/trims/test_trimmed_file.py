@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.own_model.file_text import write_without as
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.trims import Trim, Trims
 from plumbob.engines.own_motion import Change
-from plumbob.reports.commands.audit import trimmed_file
+from plumbob.reports.commands.audit import write_trimmed_file
 from plumbob.reports.view.audit.page import answer_rows, audit_answer
 from plumbob.reports.view.audit.records import record
 from plumbob.tests.audit.trims.test_audit_trims import states
@@ -127,7 +127,7 @@ def test_what_is_said_is_what_the_file_does(same, tmp_path):
     target = tmp_path / "less.xml"
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (SENSORS if same else SPRINGS,)
-    found = trimmed_file(audited(source, changes), source, target)
+    found = write_trimmed_file(audited(source, changes), source, target)
     assert np.array_equal(states(source, 150), states(target, 150)) == same
     said = dict(answer_rows(audit_answer(found)))["trimmed file"]
     assert said.startswith("less.xml, read back, moves ")

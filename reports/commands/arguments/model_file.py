@@ -1,5 +1,5 @@
-"""A model file of the user's own where a command takes a scene: its motion, and how a run of it is
-described."""
+"""A model file of the user in place of a scene: its arguments, its motion, and its motion as
+JSON."""
 
 from __future__ import annotations
 
@@ -22,45 +22,51 @@ if TYPE_CHECKING:
     from plumbob.engines.audit.reference import Certificate
     from plumbob.engines.own_motion import OwnModel, Script
 
-ENDINGS = (".xml", ".mjcf", ".urdf", ".mjb")  # of model files: no scene's name ends so
-OF_FILES = ("keyframe", "qpos", "qvel", "ctrl", "ctrl_period", "duration")
-LARGEST_CONTROLS = 100_000_000  # [bytes], unpacked: as many periods as may be, of 125 actuators
+MODEL_SUFFIXES = (".xml", ".mjcf", ".urdf", ".mjb")  # endings of model files; no scene has one
+FILE_OPTIONS = ("keyframe", "qpos", "qvel", "ctrl", "ctrl_period", "duration")
+# [bytes] unpacked controls: the largest number of periods for 125 actuators
+LARGEST_CONTROLS = 100_000_000
 
 
-def is_file(
-    chosen: argparse.Namespace, of_scenes: Sequence[str], of_files: Sequence[str] = OF_FILES
+def is_model_file(
+    chosen: argparse.Namespace,
+    scene_options: Sequence[str],
+    file_options: Sequence[str] = FILE_OPTIONS,
 ) -> bool:
-    """Whether the scene of a command line is a model file, by its ending. Raises ParameterError
-    for options `of_scenes` alone beside a file, and for those `of_files` beside a scene."""
-    file = Path(chosen.scene).suffix.lower() in ENDINGS
-    if file:
-        values.without(chosen, of_scenes, "left out with a model file")
+    """Returns whether the scene of a command line is a model file, by the ending of its name.
+    Raises ParameterError if one of `scene_options` is given with a model file, or one of
+    `file_options` with a scene."""
+    names_file = Path(chosen.scene).suffix.lower() in MODEL_SUFFIXES
+    if names_file:
+        values.refuse_options(chosen, scene_options, "left out with a model file")
     else:
-        values.without(chosen, of_files, "given with a model file")
-    return file
+        values.refuse_options(chosen, file_options, "given with a model file")
+    return names_file
 
 
-def motion(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
-    """The model of the file that was chosen, and its motion; raises ParameterError."""
+def model_and_script(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
+    """Returns the model in the chosen file and its motion: the start, the controls and the
+    duration. Raises ParameterError."""
     from plumbob.engines.audit.controls import KINDS
     from plumbob.engines.own_motion import Start
     from plumbob.reports.audit_from_python import user_motion
 
+    control = chosen.ctrl if chosen.ctrl in KINDS else read_controls(Path(chosen.ctrl))
     return user_motion(
         Path(chosen.scene),
         Start(chosen.keyframe, chosen.qpos, chosen.qvel),
-        chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
+        control,
         duration=chosen.duration,
         period=chosen.ctrl_period,
         budget=chosen.budget,
     )
 
 
-def described(
+def motion_record(
     chosen: argparse.Namespace, script: Script, reference: Certificate, index: int
 ) -> dict[str, Any]:
-    """The motion of a file and how well it is known up to the end of a control period, as plain
-    data."""
+    """Returns the motion of a model file as plain data, with its uncertainty [m] at the end of
+    control period number `index`."""
     from plumbob.engines.audit.controls import KINDS
     from plumbob.engines.audit.reference import MEASURE
 
@@ -76,17 +82,17 @@ def described(
     }
 
 
-def controls_of(file: Path) -> Array:
-    """Controls from a .csv file, a row for each period, or the array `ctrl` of a .npz file; raises
-    ParameterError."""
+def read_controls(file: Path) -> Array:
+    """Returns the controls in a file, a row for each control period: the numbers of a .csv file, or
+    the array `ctrl` of a .npz file. Raises ParameterError."""
     from plumbob.engines.audit.controls import KINDS
 
-    what = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
+    expected = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
     if file.suffix not in (".csv", ".npz"):
-        raise ParameterError("ctrl", str(file), what)
+        raise ParameterError("ctrl", str(file), expected)
     regular_file("ctrl", file, LARGEST_CONTROLS)
-    with must_be(what, "ctrl", str(file)), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # no rows, which the shape tells; names twice
+    with must_be(expected, "ctrl", str(file)), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numpy warns of a file without rows and of equal names
         if file.suffix == ".csv":
             return np.loadtxt(file, delimiter=",", ndmin=2)
         with ZipFile(file) as arrays, arrays.open("ctrl.npy") as packed:
@@ -94,7 +100,7 @@ def controls_of(file: Path) -> Array:
         if len(content) > LARGEST_CONTROLS:
             raise ValueError(f"more than {LARGEST_CONTROLS} bytes when unpacked")
         try:
-            values = np.load(io.BytesIO(content), allow_pickle=False)
+            controls = np.load(io.BytesIO(content), allow_pickle=False)
         except MemoryError:
             raise ValueError("its header states more numbers than there are") from None
-        return np.asarray(values).astype(float, casting="same_kind")
+        return np.asarray(controls).astype(float, casting="same_kind")
