@@ -1,1 +1,1 @@
-"""What several commands do alike: exact motions, model files, searches, rows of audits."""
+"""Code that several commands share: exact motions, model files, searches, rows of audits."""
