@@ -28,9 +28,10 @@ from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
-from plumbob.reports.commands.arguments import several_audits, values
-from plumbob.reports.commands.arguments.model_file import read_controls
-from plumbob.reports.commands.arguments.several_audits import (
+from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.shared import several_audits
+from plumbob.reports.commands.shared.model_file import read_controls
+from plumbob.reports.commands.shared.several_audits import (
     Row,
     model_files,
     page_names,

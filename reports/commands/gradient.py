@@ -21,13 +21,13 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.budget import certify
-from plumbob.reports.commands.arguments.model_file import (
+from plumbob.reports.commands.shared.budget import certify
+from plumbob.reports.commands.shared.model_file import (
     is_model_file,
     model_and_script,
     motion_record,
 )
-from plumbob.reports.commands.arguments.searches import search_study
+from plumbob.reports.commands.shared.searches import search_study
 from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected_searches
 from plumbob.reports.view.tables import table

@@ -24,8 +24,8 @@ from plumbob.engines.workers import spent
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.budget import certify
-from plumbob.reports.commands.arguments.model_file import (
+from plumbob.reports.commands.shared.budget import certify
+from plumbob.reports.commands.shared.model_file import (
     is_model_file,
     model_and_script,
     motion_record,

@@ -19,10 +19,10 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import run_record
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.budget import certify
 from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import own_method
-from plumbob.reports.commands.arguments.model_file import (
+from plumbob.reports.commands.shared.budget import certify
+from plumbob.reports.commands.shared.model_file import (
     is_model_file,
     model_and_script,
     motion_record,

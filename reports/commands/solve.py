@@ -15,7 +15,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.budget import certify
+from plumbob.reports.commands.shared.budget import certify
 
 ANGLE = Observable("theta", "rad")
 

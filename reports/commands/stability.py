@@ -14,13 +14,13 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.model_file import (
+from plumbob.reports.commands.shared.model_file import (
     FILE_OPTIONS,
     is_model_file,
     model_and_script,
     motion_record,
 )
-from plumbob.reports.commands.arguments.searches import search_study
+from plumbob.reports.commands.shared.searches import search_study
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
 from plumbob.reports.view.own_files import check_replaceable

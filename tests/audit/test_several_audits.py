@@ -16,8 +16,8 @@ from plumbob import audit
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Workers
 from plumbob.reports.cli import main
-from plumbob.reports.commands.arguments import several_audits
-from plumbob.reports.commands.arguments.several_audits import (
+from plumbob.reports.commands.shared import several_audits
+from plumbob.reports.commands.shared.several_audits import (
     Row,
     model_files,
     page_names,
@@ -201,7 +201,7 @@ def test_junit_has_a_case_for_each_model(folder, capsys, monkeypatch):
         "d.xml": refused_row("d.xml", "no model"),
     }
     monkeypatch.setattr(
-        "plumbob.reports.commands.arguments.several_audits.audit_rows",
+        "plumbob.reports.commands.shared.several_audits.audit_rows",
         lambda *_: iter(of.values()),
     )
     junit = folder / "new" / "junit.xml"

@@ -7,7 +7,7 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
-from plumbob.reports.commands.arguments.several_audits import refused_row, write_badge
+from plumbob.reports.commands.shared.several_audits import refused_row, write_badge
 from plumbob.reports.view import own_files
 from plumbob.reports.view.junit import JunitCase, write_cases
 from plumbob.reports.view.own_files import check_replaceable, check_replaceable_folder

@@ -1,1 +1,1 @@
-"""Code that several commands share: readers of their arguments, the console, runs and rows."""
+"""Readers of the arguments of commands, and the console."""
