@@ -130,8 +130,8 @@ def test_each_kind_of_addition_has_an_example():
 CLAIMED = """
 from plumbob.engines.method import meant
 from plumbob.engines.registry import methods
-from plumbob.models.registry import scenes
-new = scenes("double-pendulum/*")
+from plumbob.models.registry import matching_scenes
+new = matching_scenes("double-pendulum/*")
 print(*(m.name for m in methods() if any(meant(m, scene) for scene in new)))
 """
 
