@@ -180,7 +180,7 @@ def test_an_error_predicted_as_large_as_the_motion_shows_no_plateau(predicted, o
     ("error", "verdict"),
     [(3.2, "pre-asymptotic"), (3.1, "not-converging")],  # [rad] half a turn is 3.14
 )
-def test_an_angle_that_is_off_by_half_a_turn_shows_no_plateau(error, verdict):
+def test_an_angle_error_of_half_a_turn_shows_no_plateau(error, verdict):
     """The angle reaches 20 rad: its motion counts as one turn all the same."""
     known = Prediction(error, error, {}, 0.0, uncertainty=1e-16)
     angle = ObservedError(error, error, 1e-16, 20.0, predicted=known)
