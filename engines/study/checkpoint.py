@@ -14,7 +14,7 @@ from sqlite3 import Connection, connect
 from typing import Any
 
 from plumbob.engines.study import store
-from plumbob.engines.study.codec import plain
+from plumbob.engines.study.codec import unstructured
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.store_file import create, writing
 
@@ -141,7 +141,7 @@ def _alone(folder: Path, note: Note) -> Iterator[None]:
 
 def key_of(*what: Any) -> str:
     """A hash of the inputs of a result (dataclasses and JSON values) and of plumbob's sources."""
-    text = json.dumps([plain(item) for item in what], sort_keys=True)
+    text = json.dumps([unstructured(item) for item in what], sort_keys=True)
     return hashlib.sha256(f"{_source()}{text}".encode()).hexdigest()
 
 

@@ -53,12 +53,12 @@ APART = override(omit=True)  # leaves out a field that is stored in another way
 def to_json(item: Any) -> str:
     """The JSON text of a dataclass or a JSON value. A float is the shortest text that reads back as
     the same float; NaN, Infinity and -Infinity are these words."""
-    return json.dumps(_converter().unstructure(item))
+    return json.dumps(unstructured(item))
 
 
-def plain(item: Any) -> Any:
+def unstructured(item: Any) -> Any:
     """The JSON values of an item; `restored` is the inverse."""
-    return json.loads(to_json(item))
+    return _converter().unstructure(item)
 
 
 def from_json(text: str, kind: type[T]) -> T:

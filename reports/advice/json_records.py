@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 from plumbob.engines.method import USER_METHOD, Method
@@ -89,16 +87,3 @@ def study_records(
                 record["at_no_greater_cost"] = result.better
             records.append(record)
     return records
-
-
-def plain(value: Any) -> Any:
-    """Returns `value` as plain JSON data: arrays as lists, dataclasses by their fields, numbers
-    that are not finite as null."""
-
-    def plain_object(part: Any) -> Any:
-        if is_dataclass(part):
-            return {field.name: getattr(part, field.name) for field in fields(part)}
-        return part.tolist() if hasattr(part, "tolist") else dict(part)
-
-    text = json.dumps(value, default=plain_object)
-    return json.loads(text, parse_constant=lambda _: None)

@@ -14,7 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from plumbob.engines.study.codec import plain, to_json
+from plumbob.engines.study.codec import to_json
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
@@ -84,7 +84,7 @@ def analyses_of(
     for part in parts:
         analyses += results[part] if part in results else _analyse(study, judged, part)
     record = page_numbers.study_record(study, judged)
-    return (*analyses, Analysed("", PAGES_OF_STUDY, "", "", plain(record)))
+    return (*analyses, Analysed("", PAGES_OF_STUDY, "", "", record))
 
 
 def follow(study: Study) -> bool:
@@ -107,7 +107,7 @@ def _analyse(study: Study, judged: Judgements, part: Part) -> tuple[Analysed, ..
     if kind == "scene":
         scene = next(scene for scene in study.scenes if scene.name == name)
         record = page_numbers.scene_record(study, judged, scene)
-        return (Analysed("", SCENE, scene.system, name, plain(record)),)
+        return (Analysed("", SCENE, scene.system, name, record),)
     system_section = section(name)
     return analyse_section(study, system_section, name, judged) if system_section else ()
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
-
-import numpy as np
 
 from plumbob.engines.study.extra_runs import Requests, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected_pairs
 from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 
 Record = SimpleNamespace
 """Numbers, texts, arrays and further records, by the names that a template reads."""
@@ -66,30 +65,12 @@ def analyse_section(
             claims = tuple(
                 (claim.text, bool(claim.holds)) for claim in analysis.claims(numbers)
             )
-            results.append(replace(left_out, numbers=plain(numbers), claims=claims))
+            results.append(
+                replace(left_out, numbers=plain(numbers, FOR_TEMPLATES), claims=claims)
+            )
         except Exception:
             pairs = unexpected_pairs(study, judged)
             if not pairs:
                 raise
             results.append(replace(left_out, claims=tuple((pair, False) for pair in pairs)))
     return tuple(results)
-
-
-def plain(value: Any) -> Any:
-    """Returns a value as plain data for the store and the templates: a record or dataclass becomes
-    a mapping (a dataclass with its properties), an array becomes nested tuples."""
-    if isinstance(value, Record):
-        value = vars(value)
-    if is_dataclass(value) and not isinstance(value, type):
-        names = [field.name for field in fields(value)]
-        names += [
-            name for name, item in vars(type(value)).items() if isinstance(item, property)
-        ]
-        return {name: plain(getattr(value, name)) for name in names}
-    if isinstance(value, Mapping):
-        return {str(name): plain(entry) for name, entry in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
-        return value.item() if isinstance(value, np.generic) else value
-    return tuple(plain(entry) for entry in value)

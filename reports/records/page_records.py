@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import Settings
@@ -17,6 +17,7 @@ from plumbob.reports.judge.expectations import VerdictStanding
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
 
+T = TypeVar("T")
 SCENE, PAGES_OF_STUDY = "page of a scene", "pages"  # places of analyses
 # section and page with the findings on engines that hold for every system
 ENGINES_SECTION = "engines"
@@ -173,15 +174,21 @@ def records_of(study: Study) -> Records:
     try:
         (of_study,) = (a.numbers for a in study.analyses if a.place == PAGES_OF_STUDY)
         by_scene = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
-        scenes = {s.name: restored(by_scene[s.name], SceneRecord) for s in study.scenes}
+        scenes = {s.name: _record(by_scene[s.name], SceneRecord) for s in study.scenes}
         judged = {(name, method) for name in scenes for method in scenes[name].verdicts}
         measured = {(series.scene, series.method) for series in study.convergence}
         if judged != measured:
             raise ValueError("other pairs are judged than were measured")
-        return Records(restored(of_study, StudyRecord), scenes)
+        return Records(_record(of_study, StudyRecord), scenes)
     except (KeyError, ValueError):
         raise ParameterError(
             "study",
             study.provenance.date,
             "stored with the numbers of its pages, as this version of `plumbob validate` stores it",
         ) from None
+
+
+def _record(numbers: Any, kind: type[T]) -> T:
+    """Returns the record of this kind: `numbers` if the study was made in this process, else the
+    record that their stored values describe. Raises ValueError if they describe none."""
+    return numbers if isinstance(numbers, kind) else restored(numbers, kind)

@@ -9,7 +9,6 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
 from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.method import Simulation, Unsupported
-from plumbob.engines.study.codec import plain
 from plumbob.engines.study.results import Analysed
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.page_numbers import verdict_on
@@ -81,9 +80,9 @@ def _verdicts_alone(study, jobs, judged):
     verdicts = {scene.name: {} for scene in study.scenes}
     for c in study.convergence:
         verdicts[c.scene][c.method] = verdict_on(study, c, judged)
-    pages = {name: plain(SceneRecord(of, (), None)) for name, of in verdicts.items()}
+    pages = {name: SceneRecord(of, (), None) for name, of in verdicts.items()}
     scenes = [Analysed("", SCENE, "", name, numbers) for name, numbers in pages.items()]
-    return (*scenes, Analysed("", PAGES_OF_STUDY, "", "", plain(StudyRecord((), {}, {}, ()))))
+    return (*scenes, Analysed("", PAGES_OF_STUDY, "", "", StudyRecord((), {}, {}, ())))
 
 
 def without_findings(monkeypatch):

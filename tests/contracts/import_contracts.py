@@ -12,7 +12,7 @@ from plumbob.tests.contracts.tree import LAYERS, PACKAGE, imports, module_name, 
 # parts of `analytic`: each may import those before it
 THEORY = ("numerics", "systems", "errors")
 ADAPTERS = ("engines", "adapters")
-PAGE = (("reports", "view"), ("reports", "analyses"))
+PAGE = (("reports", "view"), ("reports", "analyses"), ("reports", "records"))
 # what runs an engine
 RUNS = ("prepare", "prepared", "measure", "convergence_study", "run_study")
 VIEW = PAGE[0]

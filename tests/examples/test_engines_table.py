@@ -12,8 +12,8 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS, numbers
+from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.tests.support.studies import SCENE, made_up
 from plumbob.tests.validation import engines_table
 from plumbob.tests.validation.engines_table import BEGIN, END, README, filled, main
@@ -55,7 +55,13 @@ def invented():
     """A study of two engines on one scene, with its finding."""
     curves = [(find_method(m), (2e-3, 1e-3), lambda h: h) for m in ("mujoco/euler", "ode/rk4")]
     study = made_up(curves)
-    kept = Analysed(ERRORS_AND_COSTS.template, "finding", "engines", "", plain(numbers(study)))
+    kept = Analysed(
+        ERRORS_AND_COSTS.template,
+        "finding",
+        "engines",
+        "",
+        plain(numbers(study), FOR_TEMPLATES),
+    )
     provenance = Provenance(
         {"mujoco": "3.17.0", "heyoka": "not installed"}, {"processor": "one"}
     )

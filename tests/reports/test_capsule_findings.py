@@ -9,7 +9,6 @@ from plumbob.analytic.systems.capsule import normal_forces
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.study.cost import Cost
 from plumbob.reports.analyses import capsule_train, mean_speed, section
-from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.capsule_line import (
     displacement,
     drive,
@@ -19,6 +18,7 @@ from plumbob.reports.analyses.capsule_line import (
     tipping,
 )
 from plumbob.reports.analyses.measurements import CHECK_LINE, problem
+from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.declared import (
     declared,
@@ -40,7 +40,7 @@ def study(scene, *steps):
 
 def test_figure_of_the_source():
     check = numbers_of(source.FIGURE_2)
-    (gallery,) = read_findings(source.FIGURE_2.template, plain(check))
+    (gallery,) = read_findings(source.FIGURE_2.template, plain(check, FOR_TEMPLATES))
     # exact, and two engines
     assert [len(panel.traces) for panel in gallery.figures] == [3, 3, 3]
     v, v_c, x = (check.exact[name] for name in source.FIGURE_2_OBSERVABLES)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.cone_pendulum import (
     action_phase,
     drive_work,
@@ -24,6 +23,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     closed_forms,
     turning_cone,
 )
+from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import findings_of, read_findings
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
 from plumbob.tests.support.studies import quick
@@ -50,7 +50,7 @@ def test_finding_printed_hamiltonian():
 
 def test_figures_of_the_source_begin_at_the_start():
     numbers = numbers_of(source_figures.GALLERIES)
-    _, turning = read_findings(source_figures.TEMPLATE, plain(numbers))
+    _, turning = read_findings(source_figures.TEMPLATE, plain(numbers, FOR_TEMPLATES))
     (*_, momentum, speed) = turning.figures
     problem = closed_forms(ROTATING).problem
     assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)

@@ -8,8 +8,8 @@ import pytest
 from plumbob.analytic.schemes import ADAPTIVE, RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS, numbers
+from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.studies import NS, SCENE, made_up, remeasured
 
@@ -28,7 +28,7 @@ def study(*curves):
 
 def finding(of_study):
     """The finding that a study's numbers are written as."""
-    (one,) = read_findings(ERRORS_AND_COSTS.template, plain(numbers(of_study)))
+    (one,) = read_findings(ERRORS_AND_COSTS.template, plain(numbers(of_study), FOR_TEMPLATES))
     return one
 
 

@@ -15,7 +15,6 @@ from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import measurements
-from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.simple_pendulum import (
     SECTION,
     bob,
@@ -23,6 +22,7 @@ from plumbob.reports.analyses.simple_pendulum import (
     notebook,
     orders,
 )
+from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import read_findings
 from plumbob.tests.support.declared import declared, finding, measured, nothing
 
@@ -120,7 +120,7 @@ def test_turns_are_counted_from_the_start(name, rate, turns):
 
 @pytest.mark.long
 def test_every_case_has_its_plots():
-    motions = plain(notebook.cases(study()))
+    motions = plain(notebook.cases(study()), FOR_TEMPLATES)
     galleries = read_findings(notebook.CASE_MOTIONS.template, motions)
     assert [gallery.title.split(":")[0] for gallery in galleries] == [
         f"Case {n} of the notebook" for n in range(1, 8)
@@ -154,7 +154,7 @@ def test_a_held_control_costs_orders():
 @pytest.mark.long
 def test_the_notebooks_statements():
     numbers = claims.numbers(nothing())
-    (found,) = read_findings(claims.NOTEBOOK_CLAIMS.template, plain(numbers))
+    (found,) = read_findings(claims.NOTEBOOK_CLAIMS.template, plain(numbers, FOR_TEMPLATES))
     assert len(found.tables[0].rows) == 15
     ours = {line[0].text: line[2].text for line in found.tables[0].rows}
     assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]

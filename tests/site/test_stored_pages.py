@@ -10,6 +10,7 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
+from plumbob.engines.study.codec import unstructured
 from plumbob.reports.cli import main
 from plumbob.reports.records.page_records import PAGES_OF_STUDY, SCENE, records_of
 from plumbob.reports.view.site.writing import write_study_pages
@@ -83,7 +84,7 @@ def test_a_page_says_what_is_stored(tmp_path):
         return {**numbers, "verdicts": other}
 
     analyses = (
-        replace(a, numbers=changed(a.numbers)) if a.place == SCENE else a
+        replace(a, numbers=changed(unstructured(a.numbers))) if a.place == SCENE else a
         for a in quick().analyses
     )
     pages = files(write_study_pages(replace(quick(), analyses=tuple(analyses)), tmp_path))
@@ -108,4 +109,6 @@ def test_a_store_of_another_version_is_refused_in_a_line(place, tmp_path, capsys
 def _without_a_field(study, place):
     """The records of a version that had one number fewer."""
     chosen = [a for a in study.analyses if a.place == place]
-    return tuple(replace(a, numbers=dict(list(a.numbers.items())[1:])) for a in chosen)
+    return tuple(
+        replace(a, numbers=dict(list(unstructured(a.numbers).items())[1:])) for a in chosen
+    )

@@ -33,7 +33,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import plain
+from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import read_findings
 
 SAMPLES, ERROR = 240, 1e-6  # of invented runs
@@ -75,7 +75,7 @@ def formed(analysis, study):
     if numbers is None:
         return None
     (finding,) = read_findings(
-        analysis.template, plain(numbers), tuple(analysis.claims(numbers))
+        analysis.template, plain(numbers, FOR_TEMPLATES), tuple(analysis.claims(numbers))
     )
     return finding
 

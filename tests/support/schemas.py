@@ -7,8 +7,8 @@ from functools import cache
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
 
-from plumbob.reports.advice.json_records import plain
 from plumbob.reports.commands.list_ import SCHEMAS
+from plumbob.reports.records.plain_data import FOR_JSON, plain
 
 
 @cache
@@ -19,7 +19,7 @@ def validator(command):
 
 def misses(command, value):
     """Where `value` departs most from the schema of `command`; nothing where it does not."""
-    error = best_match(validator(command).iter_errors(plain(value)))
+    error = best_match(validator(command).iter_errors(plain(value, FOR_JSON)))
     return "" if error is None else f"{command} --json: {error.json_path}: {error.message}"
 
 

@@ -219,9 +219,9 @@ def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: An
 
 def print_json(value: Any) -> None:
     """Prints `value` on stdout as JSON."""
-    from plumbob.reports.advice.json_records import plain
+    from plumbob.reports.records.plain_data import FOR_JSON, plain
 
-    json.dump(plain(value), sys.stdout, indent=1)
+    json.dump(plain(value, FOR_JSON), sys.stdout, indent=1)
     print()
 
 

@@ -14,7 +14,7 @@ from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import StateErrors, StepComparison
 from plumbob.engines.audit.trims import Trim
 from plumbob.engines.derivative_ways import CENTRAL
-from plumbob.reports.advice.json_records import plain
+from plumbob.reports.records.plain_data import FOR_JSON, plain
 from plumbob.reports.view.audit.page import answer_rows, audit_answer, package_versions
 
 Plain = dict[str, Any]
@@ -23,7 +23,8 @@ Plain = dict[str, Any]
 
 def record(audit: Audit | ContactAudit) -> Plain:
     """Returns an audit as the JSON object that `--json` prints."""
-    return dict(plain(_contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)))
+    values = _contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)
+    return dict(plain(values, FOR_JSON))
 
 
 def _attributes(instance: object, *names: str) -> Plain:
