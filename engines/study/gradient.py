@@ -213,9 +213,10 @@ class _Runs:
         if measured.status != "done" or run is None:
             raise Unsupported(measured.reason or measured.status)
         scheme = scheme_of(case, self.method)
-        times = run.times.tobytes()
-        powers, *_ = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
-        series = [powers[p] for p in sorted(powers)]
+        powers, *_ = expected(
+            Same(case.reference), Same(case.errors), scheme, self.step, run.times.tobytes()
+        )
+        series = [powers[power] for power in sorted(powers)]
         ends = {}
         second = confirming(case, self.method) if scheme.integrator == ADAPTIVE else None
         for name in measured.errors.keys() & self.of:
