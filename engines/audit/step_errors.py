@@ -179,7 +179,7 @@ def errors_at_halved_steps(
             if errors and begin >= ends and not due:
                 del going[name]
                 continue
-            errors.append(run_error(model, script, reference, name, parts))
+            errors.append(error_at_step(model, script, reference, name, parts))
             last = errors[-1].at(reached)
             fine = parts >= 4 * usual and last <= 2.0 * float(reference.uncertainty[reached])
             now = time.process_time()
@@ -385,7 +385,7 @@ def state_errors(model: OwnModel, reference: Array, steps: Array) -> StateErrors
     return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in differences))
 
 
-def run_error(
+def error_at_step(
     model: OwnModel, script: Script, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
     """Returns the errors of a run with `parts` steps of an integrator in a control period."""
