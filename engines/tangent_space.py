@@ -48,7 +48,7 @@ class TangentSpace:
 
     def shifted(self, states: Array, changes: Array) -> Array:
         """Returns states, shape (..., n), moved by changes, shape (..., m)."""
-        # The inserted zeros make room for the quaternions' fourth numbers.
+        # The inserted zeros are places for the quaternions' fourth numbers.
         moved = states + np.insert(changes, [turn for _, turn in self.attitudes], 0.0, axis=-1)
         for first, turn in self.attitudes:
             turned = exponential(changes[..., turn : turn + 3])

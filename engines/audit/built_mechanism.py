@@ -156,7 +156,7 @@ def _stepper_state(state: Array, model: OwnModel) -> State:
     return State(state[: velocity.start], state[velocity], state[velocity.stop :])
 
 
-def scene_of(model: OwnModel, script: Script) -> SceneMechanism:
+def script_scene(model: OwnModel, script: Script) -> SceneMechanism:
     """Returns the mechanism of a model with the start and the controls of a motion."""
 
     def controls(times: Array) -> Array:

@@ -144,8 +144,8 @@ def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
     begin = time.perf_counter()
     standing = model.standing
     stance = Stance(standing.points, standing.height)
-    centred = stance.inside(np.zeros(2))
-    if not centred > 0.0:
+    margin = stance.inside(np.zeros(2))
+    if not margin > 0.0:
         raise NotCertifiable(
             f"{standing.body} rests on fewer than three points that are not on one line "
             f"({', '.join(standing.feet)}): it tips or rolls"
@@ -153,7 +153,7 @@ def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
     spin = speed / float(np.hypot(*standing.points.T).mean())
     determined = tuple(stance.slides(max(standing.friction), h) for h in HEADINGS)
     why = why_distance_undetermined(standing, determined)
-    why_turn = why or why_turn_undetermined(standing, centred)
+    why_turn = why or why_turn_undetermined(standing, margin)
     exact = None if why else stopping_distance(speed, standing.coefficient, standing.gravity)
     exact_turn = None if why_turn else theoretical_turn(standing, speed, spin)
     as_written, why_not = _slides_at_halved_steps(model, "own", speed, spin)
@@ -251,15 +251,15 @@ def why_distance_undetermined(standing: Standing, determined: tuple[bool, ...]) 
     return ""
 
 
-def why_turn_undetermined(standing: Standing, centred: float) -> str:
-    """Explains why the theory of three points does not give the turn; empty if it does. `centred`
+def why_turn_undetermined(standing: Standing, margin: float) -> str:
+    """Explains why the theory of three points does not give the turn; empty if it does. `margin`
     is the least distance [m] of the centre of mass to the edge of the feet."""
     if standing.torsion:
         return "contacts resist turns by moments of their own (condim above 3)"
     if len(standing.points) != 3:
         share = f"{len(standing.points)} points share the load as their stiffness decides"
         return f"{share}, which Coulomb's law leaves open"
-    if standing.coefficient * standing.height > FLAT * centred:
+    if standing.coefficient * standing.height > FLAT * margin:
         return (
             f"the centre of mass is {standing.height:.3g} m high, so loads change with the slip, "
             "for which there is no closed form"

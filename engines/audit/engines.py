@@ -27,8 +27,8 @@ from plumbob.engines.audit.term_differences import (
     SINGLE,
     STEP,
     TERMS,
-    CertifiedMotion,
     Look,
+    ReferenceMotion,
     TermDifference,
     look_at_states,
     step_differences,
@@ -132,7 +132,7 @@ def with_engines(
     if not names:
         return audit
     count = audit.found.index if audit.found else 0
-    motion = certified_motion(
+    motion = reference_motion(
         Path(file), audit.model, audit.script, audit.reference, count, seconds
     )
     tasks = [
@@ -147,16 +147,16 @@ def with_engines(
     return replace(audit, engines=tuple(rows))
 
 
-def certified_motion(
+def reference_motion(
     file: Path,
     model: OwnModel,
     script: Script,
     reference: Certificate,
     count: int,
     seconds: float,
-) -> CertifiedMotion:
+) -> ReferenceMotion:
     """Returns a motion that is certified for `count` periods, as the standard for other engines."""
-    return CertifiedMotion(
+    return ReferenceMotion(
         file.resolve(),
         model,
         replace(script, controls=script.controls[:count]),
@@ -171,7 +171,7 @@ def readers() -> tuple[str, ...]:
     return tuple(engine.name for engine in able if installed(engine))
 
 
-def engine_error(name: str, motion: CertifiedMotion) -> EngineError:
+def engine_error(name: str, motion: ReferenceMotion) -> EngineError:
     """Returns the error of an engine, with the engine's output suppressed."""
     engine = find_engine(name)
     if engine.ability(RunsFiles) is None:
@@ -191,7 +191,7 @@ def engine_error(name: str, motion: CertifiedMotion) -> EngineError:
         return _with_built_error(EngineError(name, version_of(engine), refused), engine, motion)
 
 
-def file_error(engine: Engine, motion: CertifiedMotion) -> EngineError:
+def file_error(engine: Engine, motion: ReferenceMotion) -> EngineError:
     """Returns the error of an engine that runs files. Raises the errors of its reader."""
     reader = engine.ability(RunsFiles)
     assert reader is not None
@@ -226,7 +226,7 @@ def file_error(engine: Engine, motion: CertifiedMotion) -> EngineError:
 
 
 def _with_built_error(
-    result: EngineError, engine: Engine, motion: CertifiedMotion
+    result: EngineError, engine: Engine, motion: ReferenceMotion
 ) -> EngineError:
     """Returns the result with the error of the model's mechanism as plumbob builds it in the
     engine."""
@@ -243,7 +243,7 @@ def _with_built_error(
 
 
 def _with_corrections(
-    result: EngineError, looks: Sequence[Look], peer: PeerModel, motion: CertifiedMotion
+    result: EngineError, looks: Sequence[Look], peer: PeerModel, motion: ReferenceMotion
 ) -> EngineError:
     """Returns the result with the errors after correcting the first term and after correcting all
     terms that can be, and with the difference that then remains."""
@@ -271,7 +271,7 @@ def _with_corrections(
 
 
 def _corrected_looks(
-    looks: Sequence[Look], peer: PeerModel, motion: CertifiedMotion, right: Sequence[str]
+    looks: Sequence[Look], peer: PeerModel, motion: ReferenceMotion, right: Sequence[str]
 ) -> list[Look]:
     """Returns the looks with the engine's acceleration after some terms are corrected."""
     step = motion.model.step
@@ -290,7 +290,7 @@ def _corrected_looks(
 
 
 def _run(
-    peer: PeerModel, motion: CertifiedMotion, right: Sequence[str] = ()
+    peer: PeerModel, motion: ReferenceMotion, right: Sequence[str] = ()
 ) -> tuple[Array, str]:
     """Returns the states at the ends of the periods, with some terms corrected by a force, and the
     reason if the run ends early."""

@@ -24,7 +24,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import OwnDerivative
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.built_mechanism import ScriptRuns, built_runs, scene_of
+from plumbob.engines.audit.built_mechanism import ScriptRuns, built_runs, script_scene
 from plumbob.engines.audit.reference import TIGHT, Certificate, integration
 from plumbob.engines.audit.step_of_method import MUJOCO, builder_of, in_own_process
 from plumbob.engines.derivative_ways import (
@@ -374,7 +374,7 @@ def _engines_own_derivatives(
     reasons = dict[str, str]()
     for number in np.flatnonzero(known).tolist():
         scenes = [
-            scene_of(model, _shifted_script(model, script, number, shift))
+            script_scene(model, _shifted_script(model, script, number, shift))
             for shift in (-NUDGE, 0.0, NUDGE)
         ]
         try:

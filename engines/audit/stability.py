@@ -53,7 +53,7 @@ MARGIN = 0.05
 SAFE = 0.5  # step at which every method holds, as a fraction of the shortest time constant
 RATIO = 2.0  # ratio of successive steps of the search
 RESOLVED = 0.02  # relative accuracy to which a limit is bisected
-DIFFERENCES = (1e-6, 1e-7)  # [m, rad, ...] sizes of the differences of the Jacobians
+JACOBIAN_DIFFERENCES = (1e-6, 1e-7)  # [m, rad, ...] sizes of the differences of the Jacobians
 # If a contact begins within a difference, the Jacobian goes as one over the difference. The state
 # then tells nothing: the factors of two differences have a larger ratio than this.
 ALIKE = 1.5
@@ -161,7 +161,7 @@ def largest_excess(jacobian: Array, rates: Array, step: float) -> float:
 
 
 @dataclass(frozen=True)
-class SteppedMotion:
+class AuditedMotion:
     """A model along a certified motion, for the search for limits of steps. The steps are those of
     integrators of MuJoCo, or of the engine that `built` the model."""
 
@@ -176,7 +176,7 @@ class SteppedMotion:
         """The source of steppers of the model."""
         return self.model if self.built is None else self.built
 
-    def changed(self, change: Change) -> SteppedMotion:
+    def changed(self, change: Change) -> AuditedMotion:
         """A copy for the model with a change."""
         built = self.built and self.built.changed((change,))
         return replace(self, model=self.model.changed((change,)), built=built)
@@ -203,7 +203,7 @@ class SteppedMotion:
         state = self.states[min(index, last)]
         stepper = self.model.function_stepper(self.model.integrator, TINY)
         about = (self.space, state, control)
-        step = step_jacobian(stepper, *about, DIFFERENCES[0], ends=self.ends)
+        step = step_jacobian(stepper, *about, JACOBIAN_DIFFERENCES[0], ends=self.ends)
         rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
         return Point(index, state, control, np.asarray(rates), index > last)
 
@@ -222,7 +222,7 @@ class SteppedMotion:
         state: Array,
         method: str,
         step: float,
-        difference: float = DIFFERENCES[0],
+        difference: float = JACOBIAN_DIFFERENCES[0],
         directions: Array | None = None,
     ) -> Array:
         """Returns the derivative of a step [s] from a `state` under the control of a point, by
@@ -233,7 +233,11 @@ class SteppedMotion:
         )
 
     def excess_at(
-        self, point: Point, method: str, step: float, difference: float = DIFFERENCES[0]
+        self,
+        point: Point,
+        method: str,
+        step: float,
+        difference: float = JACOBIAN_DIFFERENCES[0],
     ) -> float:
         """Returns the largest factor by which one step [s] from a point magnifies a mode beyond the
         continuous motion; 1 if the step has no state of rest."""
@@ -344,18 +348,18 @@ class SteppedMotion:
         return np.asarray(self.script.controls[np.minimum(periods, last)])
 
 
-def magnifies(motion: SteppedMotion, point: Point, method: str, step: float) -> bool:
+def magnifies(motion: AuditedMotion, point: Point, method: str, step: float) -> bool:
     """Whether a step [s] magnifies nudges at a point. The factor must not depend on the size of the
     differences of the Jacobian by more than ALIKE."""
     factor = motion.excess_at(point, method, step)
     if factor <= 1.0 + MARGIN:
         return False
-    other = motion.excess_at(point, method, step, DIFFERENCES[1])
+    other = motion.excess_at(point, method, step, JACOBIAN_DIFFERENCES[1])
     return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
 
 
 def predicted_limit(
-    motion: SteppedMotion, point: Point, method: str, most: float
+    motion: AuditedMotion, point: Point, method: str, most: float
 ) -> float | None:
     """Returns the largest step [s] that holds by the Jacobian at a point; None if all steps up to
     `most` hold. Steps double up to `most`, and the gap before the first step that fails is
@@ -379,7 +383,7 @@ def predicted_limit(
     return bisected(holds, held, failed, middle)[0]
 
 
-def limit_of_method(motion: SteppedMotion, method: str) -> Limit:
+def limit_of_method(motion: AuditedMotion, method: str) -> Limit:
     """Returns the limit of a method: the lowest of the limits at points above which a nudged run is
     lost. If nudged runs hold above the limit at a point, the motion leaves that point before a
     nudge has grown."""
@@ -403,7 +407,7 @@ def limit_of_method(motion: SteppedMotion, method: str) -> Limit:
     return Limit(method, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{remark}")
 
 
-def limit_by_runs(motion: SteppedMotion, limit: Limit, why: str) -> Limit:
+def limit_by_runs(motion: AuditedMotion, limit: Limit, why: str) -> Limit:
     """Returns a limit by runs alone, below a step at which runs are lost: the first of falling
     steps at which nudged runs hold and runs at neighbouring steps do not diverge."""
     assert limit.largest_step is not None
@@ -423,7 +427,7 @@ def limit_by_runs(motion: SteppedMotion, limit: Limit, why: str) -> Limit:
     return check_above(motion, limit, {index, worst})
 
 
-def check_above(motion: SteppedMotion, limit: Limit, begins: set[int]) -> Limit:
+def check_above(motion: AuditedMotion, limit: Limit, begins: set[int]) -> Limit:
     """Returns the limit, confirmed if runs along the motion that are nudged at one of the periods
     `begins` are lost at ABOVE times the limit. If all of them hold, the limit comes with the
     largest step that was tried."""
@@ -438,7 +442,7 @@ def check_above(motion: SteppedMotion, limit: Limit, begins: set[int]) -> Limit:
     return replace(limit, confirmed=holds_to is None, holds_to=holds_to)
 
 
-def check_below(motion: SteppedMotion, limit: Limit) -> Limit:
+def check_below(motion: AuditedMotion, limit: Limit) -> Limit:
     """Returns a limit after runs from the start at steps spread below it. If one of the runs
     diverges, the limit is lowered. If larger steps do not come to rest and smaller steps do,
     `chatters` is the smallest of the larger steps."""
@@ -487,7 +491,7 @@ def first_unstable_mode(jacobian: Array, rates: Array, step: float) -> UnstableM
 
 
 @np.errstate(over="ignore")
-def first_unstable_part(motion: SteppedMotion, limit: Limit) -> tuple[Place, Element | None]:
+def first_unstable_part(motion: AuditedMotion, limit: Limit) -> tuple[Place, Element | None]:
     """Returns the place that takes part most in the mode that becomes unstable first, and the
     element there that contributes most to the mode; None if the contributions hardly differ.
 
@@ -519,14 +523,14 @@ def first_unstable_part(motion: SteppedMotion, limit: Limit) -> tuple[Place, Ele
     return place, strongest[1]
 
 
-def name_of_first(motion: SteppedMotion, limit: Limit) -> str:
+def name_of_first(motion: AuditedMotion, limit: Limit) -> str:
     """Names the place and the element that become unstable first beyond a limit; empty if they are
     not known."""
     place, element = first_unstable_part(motion, limit)
     return f"{place.name}, {element.name}" if element else place.name
 
 
-def find_remedies(motion: SteppedMotion, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
+def find_remedies(motion: AuditedMotion, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     """Returns changes that raise the limit of the first method, the best first. The displacement of
     bodies by a change is measured by runs with small steps of MuJoCo's most stable integrator, as
     far as the motion is known. A change is no remedy if it leaves the limit at the state that sets
@@ -551,7 +555,7 @@ def find_remedies(motion: SteppedMotion, limits: Sequence[Limit]) -> tuple[Remed
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
 
 
-def raised_limit(changed: SteppedMotion, own: Limit) -> Limit | None:
+def raised_limit(changed: AuditedMotion, own: Limit) -> Limit | None:
     """Returns the limit of a changed model with the method of `own`, the limit of the model itself;
     None unless it is clearly larger."""
     method = own.integrator
@@ -574,7 +578,7 @@ def largest_steps(
     `states` are known at the ends of the periods, shape (k, n). Later limits and remedies are
     computed as far as time allows; after PATIENCE times the time allowed, the search ends."""
     ends = time.process_time() + PATIENCE * allowance.seconds
-    motion = SteppedMotion(model, script, states, built, ends)
+    motion = AuditedMotion(model, script, states, built, ends)
     methods = model.steppable if built is None else (built.builds.method,)
     limits = [Limit(name, None, why=OUT_OF_TIME) for name in methods]
     remedies: tuple[Remedy, ...] = ()

@@ -179,7 +179,7 @@ def errors_at_halved_steps(
             if errors and begin >= ends and not due:
                 del going[name]
                 continue
-            errors.append(run_error(model, script, reference, name, parts))
+            errors.append(error_at_step(model, script, reference, name, parts))
             last = errors[-1].at(reached)
             fine = parts >= 4 * usual and last <= 2.0 * float(reference.uncertainty[reached])
             now = time.process_time()
@@ -199,16 +199,18 @@ def with_costs(
     """Returns the step errors with the costs of steps along the reference, except for runs that
     ended early."""
     timed = [
-        timed_periods(model, script, reference.states, s.integrator, s.parts, s.seconds)
-        for s in steps
-        if not s.why
+        timed_periods(
+            model, script, reference.states, error.integrator, error.parts, error.seconds
+        )
+        for error in steps
+        if not error.why
     ]
     costs = iter(costs_in_turns(timed))
-    return [s if s.why else replace(s, cost=next(costs)) for s in steps]
+    return [error if error.why else replace(error, cost=next(costs)) for error in steps]
 
 
 def last_tending_period(
-    steps: Sequence[StepError], as_is: StepError, reference: Certificate
+    steps: Sequence[StepError], own_step: StepError, reference: Certificate
 ) -> int:
     """Returns the index of the last control period up to which the steps confirm the reference.
 
@@ -221,11 +223,13 @@ def last_tending_period(
     nearest = finest_errors(steps)
     floor = np.maximum(reference.uncertainty, NOTHING)
     same = [
-        s.errors for s in steps if s.integrator == as_is.integrator and s.parts >= as_is.parts
+        s.errors
+        for s in steps
+        if s.integrator == own_step.integrator and s.parts >= own_step.parts
     ]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
-    good &= ~_errors_level_off(steps, as_is, floor) & ~_errors_rise(steps, floor)
+    good &= ~_errors_level_off(steps, own_step, floor) & ~_errors_rise(steps, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
 
@@ -269,17 +273,17 @@ def reason_for_mismatch(result: StepComparison, reference: Certificate, script: 
     )
 
 
-def _errors_level_off(steps: Sequence[StepError], as_is: StepError, floor: Array) -> Any:
+def _errors_level_off(steps: Sequence[StepError], own_step: StepError, floor: Array) -> Any:
     """Whether at each time the errors of every integrator level off above `floor` [m], shape (n,).
     Three steps up to the model's own step are needed; integrators with fewer are ignored."""
     levels = []
     for runs in _by_integrator(steps):
-        errors = [s.errors for s in runs if s.parts >= as_is.parts]
+        errors = [s.errors for s in runs if s.parts >= own_step.parts]
         if len(errors) > 2:
             fine = np.minimum(errors[-1], errors[-2])
             level = fine > np.maximum(LEVEL * errors[-3], floor)
             levels.append(level | np.isinf(fine))
-    return np.all(levels, axis=0) if levels else np.zeros(len(as_is.errors), bool)
+    return np.all(levels, axis=0) if levels else np.zeros(len(own_step.errors), bool)
 
 
 def observed_order(
@@ -297,7 +301,7 @@ def observed_order(
 
 def cheapest_step(
     steps: Sequence[StepError],
-    as_is: StepError,
+    own_step: StepError,
     reference: Certificate,
     index: int,
     target: float,
@@ -306,26 +310,29 @@ def cheapest_step(
     `target` [m] at this step and every smaller step of the same integrator that was run. If costs
     are alike, the model's own integrator is preferred, then the larger step. None if no step
     reaches the target, or the reference is not known well enough."""
-    doubt = float(reference.uncertainty[index])
-    if doubt > TRUSTED * target:
+    uncertainty = float(reference.uncertainty[index])
+    if uncertainty > TRUSTED * target:
         return None
 
     def reaches(step: StepError) -> bool:
-        return step.cost is not None and step.at(index) + doubt <= target
+        return step.cost is not None and step.at(index) + uncertainty <= target
 
     reaching = list[StepError]()
     for runs in _by_integrator(steps):
         reaching += takewhile(reaches, sorted(runs, key=lambda step: step.step))
     if not reaching:
         return None
-    most = ALIKE * min(s.ns_per_second or math.inf for s in reaching)
-    alike = [s for s in reaching if (s.ns_per_second or math.inf) <= most]
-    best = min(alike, key=lambda s: (s.integrator != as_is.integrator, s.integrator, -s.step))
+    largest_cost = ALIKE * min(s.ns_per_second or math.inf for s in reaching)
+    equally_cheap = [s for s in reaching if (s.ns_per_second or math.inf) <= largest_cost]
+    best = min(
+        equally_cheap,
+        key=lambda s: (s.integrator != own_step.integrator, s.integrator, -s.step),
+    )
     cost = None
-    if best is as_is:
+    if best is own_step:
         cost = Ratio(1.0, 1.0, 1.0)
-    elif best.cost and as_is.cost:
-        cost = ratio(best.cost, as_is.cost, as_is.step / best.step)
+    elif best.cost and own_step.cost:
+        cost = ratio(best.cost, own_step.cost, own_step.step / best.step)
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
@@ -378,7 +385,7 @@ def state_errors(model: OwnModel, reference: Array, steps: Array) -> StateErrors
     return StateErrors(*(float(np.abs(values).max(initial=0.0)) for values in differences))
 
 
-def run_error(
+def error_at_step(
     model: OwnModel, script: Script, reference: Certificate, integrator: str, parts: int
 ) -> StepError:
     """Returns the errors of a run with `parts` steps of an integrator in a control period."""

@@ -23,7 +23,7 @@ from plumbob.engines.audit.stability import (
 )
 from plumbob.engines.audit.step_errors import (
     StepError,
-    run_error,
+    error_at_step,
     step_error_of_run,
     with_costs,
 )
@@ -106,7 +106,10 @@ def method_error(
     if integrator != method.name:
         _check_budget(model, script, integrator, parts, seconds)
         return with_costs(
-            model, script, reference, [run_error(model, script, reference, integrator, parts)]
+            model,
+            script,
+            reference,
+            [error_at_step(model, script, reference, integrator, parts)],
         )[0]
     arguments = (method, model, script, reference, parts, seconds)
     error: StepError = in_own_process(_built_error, arguments, 2.0 * seconds)

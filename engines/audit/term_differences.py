@@ -50,7 +50,7 @@ Readings = tuple[ModelFields, ModelFields]
 
 
 @dataclass(frozen=True)
-class CertifiedMotion:
+class ReferenceMotion:
     """The certified motion with which engines are compared."""
 
     file: Path
@@ -100,7 +100,7 @@ class Look:
         return float(np.max(np.abs(difference) / np.outer(scale, scale), initial=0.0))
 
 
-def look_at_states(peer: PeerModel, motion: CertifiedMotion) -> list[Look]:
+def look_at_states(peer: PeerModel, motion: ReferenceMotion) -> list[Look]:
     """Returns looks at some states along the certified motion: at the ends of periods, and where
     something touches."""
     terms = motion.model.terms()
@@ -118,7 +118,7 @@ def look_at_states(peer: PeerModel, motion: CertifiedMotion) -> list[Look]:
 
 
 def _accelerations(
-    peer: PeerModel, motion: CertifiedMotion, state: Array, control: Array
+    peer: PeerModel, motion: ReferenceMotion, state: Array, control: Array
 ) -> tuple[Array, Array, Array]:
     """Returns the accelerations in a step from a state, as `Look` has them."""
     velocity = motion.model.layout.velocity
@@ -143,7 +143,7 @@ def _spread_indices(count: int) -> list[int]:
 def term_differences(
     engine: Engine,
     looks: Sequence[Look],
-    motion: CertifiedMotion,
+    motion: ReferenceMotion,
     precision: float,
     integrators: tuple[str, str],
 ) -> list[TermDifference]:
@@ -168,7 +168,7 @@ def term_differences(
 
 
 def _contact_differences(
-    looks: Sequence[Look], motion: CertifiedMotion
+    looks: Sequence[Look], motion: ReferenceMotion
 ) -> Iterator[TermDifference]:
     """Yields the difference of the pairs of bodies that touch in some state in only one of the file
     and the engine."""
@@ -185,7 +185,7 @@ def _contact_differences(
 
 
 def _axis_differences(
-    looks: Sequence[Look], motion: CertifiedMotion
+    looks: Sequence[Look], motion: ReferenceMotion
 ) -> Iterator[TermDifference]:
     """Yields the difference of the friction pyramids' angles about the normal. A pyramid has four
     edges, so angles repeat after a quarter turn."""
@@ -248,7 +248,7 @@ def _names_of_pairs(pairs: Iterable[frozenset[str]]) -> str:
     return f"{first} and {len(more)} more" if more else first
 
 
-def _moving_bodies(pair: tuple[str, ...], motion: CertifiedMotion) -> frozenset[str]:
+def _moving_bodies(pair: tuple[str, ...], motion: ReferenceMotion) -> frozenset[str]:
     """Returns the moving bodies of a pair that touches. A single body touches something that does
     not move."""
     return frozenset(pair) & set(motion.model.layout.bodies) or NAMELESS

@@ -217,7 +217,7 @@ class _Runs:
         powers, *_ = expected_series(
             Same(case.reference), Same(case.errors), scheme, self.step, times
         )
-        series = [powers[p] for p in sorted(powers)]
+        series = [powers[power] for power in sorted(powers)]
         ends = {}
         second = confirming(case, self.method) if scheme.integrator == ADAPTIVE else None
         for name in measured.errors.keys() & self.of:
@@ -460,15 +460,24 @@ def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     number = runs.number
     method = runs.method
     step = runs.step
-    way = next((w for w in engine.abilities_of(OwnDerivative) if w.way == record.way), None)
+    way = next(
+        (
+            candidate
+            for candidate in engine.abilities_of(OwnDerivative)
+            if candidate.way == record.way
+        ),
+        None,
+    )
     if way is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
     computed, cost = _timed(way.of, engine, runs, record)
-    slope = _error_slope(runs, record)
+    near_difference = _error_slope(runs, record)
     unit = scheme_of(number.case, method).unit
-    rounding = slope.rounding / unit
+    rounding = near_difference.rounding / unit
     second = engine.ability(SecondRun)
-    remainder = slope.remainder + way.precision * unit * abs(computed) * record.at / step
+    remainder = (
+        near_difference.remainder + way.precision * unit * abs(computed) * record.at / step
+    )
     if way.beside is not None:
         second_derivative = _one_derivative(way.beside, number, method, step, record)
         rounding = FINER * rounding + SOLVER_FACTOR * abs(computed - second_derivative)
@@ -479,7 +488,9 @@ def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
         rounding = SOLVER_FACTOR * abs(computed - second_derivative) + start_rounding
     return replace(
         record,
-        tried=(TriedDifference(None, computed, 0.0, slope.slope, rounding, remainder),),
+        tried=(
+            TriedDifference(None, computed, 0.0, near_difference.slope, rounding, remainder),
+        ),
         cost=cost,
     )
 

@@ -18,8 +18,8 @@ from plumbob.engines.audit.step_errors import (
     StepError,
     cheapest_step,
     compare_steps,
+    error_at_step,
     observed_order,
-    run_error,
 )
 from plumbob.engines.method import Stepping
 from plumbob.engines.study import cost as cost_module
@@ -178,7 +178,7 @@ def test_the_worst_body_is_the_one_that_is_furthest_off():
     model = ready(compiled(text))
     motion = script(model, duration=0.2)
     known = certified(model, motion, Allowance(20.0))
-    assert run_error(model, motion, known, "euler", 2).worst == "tip"
+    assert error_at_step(model, motion, known, "euler", 2).worst == "tip"
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from plumbob.engines.audit import step_errors
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified, known_part
-from plumbob.engines.audit.step_errors import run_error, state_errors
+from plumbob.engines.audit.step_errors import error_at_step, state_errors
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answer_lines, audit_answer
@@ -117,7 +117,7 @@ def test_a_handle_that_turns_over_is_as_wrong_as_its_exact_rotation_says(integra
     certified_to = turned(reference.states[:, 3:7], HANDLE_CORNERS)
     assert (displacement(certified_to, truth) <= reference.uncertainty + 1e-15).all()
     run = stepped(model, HANDLE_START, 75, 10)
-    found = run_error(own, motion, reference, own.integrator, 10)
+    found = error_at_step(own, motion, reference, own.integrator, 10)
     apart = displacement(turned(run, HANDLE_CORNERS), truth)
     assert found.errors == pytest.approx(apart, abs=known)
     assert found.worst == "body 1"

@@ -17,7 +17,7 @@ from plumbob.engines.audit.stability import (
     LEAST,
     LOST_GROWTH,
     MARGIN,
-    SteppedMotion,
+    AuditedMotion,
     check_below,
     largest_excess,
     largest_steps,
@@ -83,7 +83,7 @@ def course(text, duration=0.3, control="rest"):
     model = own_model(compiled(text), "model", Start(0 if "<key " in text else None))
     motion = script(model, control, duration)
     parts = 16 * round(motion.period / model.step)
-    return SteppedMotion(model, motion, model.stepped(motion, "implicitfast", parts).states)
+    return AuditedMotion(model, motion, model.stepped(motion, "implicitfast", parts).states)
 
 
 @pytest.mark.parametrize(
@@ -242,11 +242,11 @@ def test_a_limit_above_which_runs_hold_is_not_confirmed(integrator):
 def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
     """Some between them and the limit hold: an island, not a limit."""
     on = course(arm())
-    velocity = SteppedMotion.last_velocity
+    velocity = AuditedMotion.last_velocity
     limit = limit_of_method(on, "euler")
     assert check_below(on, limit) == limit
     monkeypatch.setattr(
-        SteppedMotion,
+        AuditedMotion,
         "last_velocity",
         lambda self, of, step, t=None: (
             np.inf if 3e-3 < step < 3.4e-3 else velocity(self, of, step, t)

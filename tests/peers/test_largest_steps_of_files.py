@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanis
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.built_mechanism import BuiltSteppers
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.stability import SteppedMotion, limit_of_method
+from plumbob.engines.audit.stability import AuditedMotion, limit_of_method
 from plumbob.engines.own_motion import Start
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
@@ -63,7 +63,7 @@ def course_of(text, name):
     motion = script(model, "rest", 0.2)
     states = model.stepped(motion, "rk4", 16 * round(motion.period / model.step)).states
     builds = engine.ability(BuildsMechanisms)
-    return SteppedMotion(model, motion, states, builds and BuiltSteppers(builds, model))
+    return AuditedMotion(model, motion, states, builds and BuiltSteppers(builds, model))
 
 
 def run_in_mujoco(text, step, qpos):

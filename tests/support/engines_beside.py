@@ -10,7 +10,7 @@ from plumbob.engines.adapters.mujoco.model_fields import fields_in
 from plumbob.engines.adapters.mujoco.terms import PortedModel
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.engines import certified_motion
+from plumbob.engines.audit.engines import reference_motion
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.method import Engine
 from plumbob.engines.registry import find_engine
@@ -26,7 +26,7 @@ def held(file, keyframe=None, control="rest", duration=0.2):
     motion = script(model, control, duration)
     reference = certified(model, motion, Allowance(20.0))
     assert reference.until >= motion.duration * (1 - 1e-9)
-    return certified_motion(file, model, motion, reference, len(motion.controls), 60.0)
+    return reference_motion(file, model, motion, reference, len(motion.controls), 60.0)
 
 
 class Changed:

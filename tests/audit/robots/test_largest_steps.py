@@ -16,7 +16,7 @@ from plumbob.engines.audit.stability import (
     ABOVE,
     BELOW,
     HELPS,
-    SteppedMotion,
+    AuditedMotion,
     find_remedies,
     limit_of_method,
 )
@@ -43,7 +43,7 @@ def limit_of(model, integrator):
     own = own_model(model, "model")
     moved = script(own, "rest")
     reference = certified(own, moved, Allowance(10.0))
-    course = SteppedMotion(own, moved, reference.states)
+    course = AuditedMotion(own, moved, reference.states)
     return course, limit_of_method(course, integrator)
 
 

@@ -427,37 +427,26 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     integrator = integrator_of(model)
     if integrator not in INTEGRATORS:
         raise NotCertifiable(f"its integrator is {integrator}")
-    reasons = {name: _refusal(model, name) for name in INTEGRATORS}
-    refusals = {name: why for name, why in reasons.items() if why}
+    refusals = _refusals(model)
     if integrator in refusals:
         raise NotCertifiable(refusals[integrator])
-    notes = _notes(model, data) + tuple(
-        f"{name_of_integrator} is not tried: {why}"
-        for name_of_integrator, why in refusals.items()
-    )
-    steppable = tuple(
-        name_of_integrator
-        for name_of_integrator in dict.fromkeys((integrator, *INTEGRATORS))
-        if name_of_integrator not in refusals
-    )
-    tried_integrators = tuple(
-        name_of_integrator
-        for name_of_integrator in dict.fromkeys((integrator, *OFFERED))
-        if name_of_integrator in steppable
-    )
-    refsafe = not model.opt.disableflags & REFSAFE
+    remarks = (f"{other} is not tried: {why}" for other, why in refusals.items())
+    own_first = dict.fromkeys((integrator, *INTEGRATORS))
+    steppable = tuple(other for other in own_first if other not in refusals)
     return MujocoModel(
-        name,
-        effective,
-        data,
-        step,
-        integrator,
-        tried_integrators,
-        steppable,
-        clamped,
-        notes,
-        field_texts(model),
-        refsafe,
+        name=name,
+        effective=effective,
+        start=data,
+        step=step,
+        integrator=integrator,
+        integrators=tuple(
+            other for other in dict.fromkeys((integrator, *OFFERED)) if other in steppable
+        ),
+        steppable=steppable,
+        clamped=clamped,
+        notes=(*_notes(model, data), *remarks),
+        fields=field_texts(model),
+        refsafe=not model.opt.disableflags & REFSAFE,
     )
 
 
@@ -492,6 +481,13 @@ def start_data(model: Any, start: Start = AS_IT_STANDS) -> Any:
     except mujoco.FatalError as error:
         raise NotCertifiable(f"MuJoCo refuses it: {error}") from None
     return data
+
+
+def _refusals(model: Any) -> Mapping[str, str]:
+    """Returns {integrator: the reason} for the integrators with which MuJoCo does not step the
+    compiled `model`."""
+    reasons = {integrator: _refusal(model, integrator) for integrator in INTEGRATORS}
+    return {integrator: why for integrator, why in reasons.items() if why}
 
 
 def _refusal(model: Any, integrator: str) -> str:
