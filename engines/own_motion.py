@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
@@ -91,6 +91,20 @@ class Solid:
     body: int
     points: Array
     radius: float
+
+
+@dataclass(frozen=True)
+class HeldContacts:
+    """The contacts of a state in which the friction force is well inside its cone, so that Coulomb
+    friction would hold them."""
+
+    velocity: float  # [m/s or rad/s] the largest generalised velocity of the state
+    depth: float  # [m] of the deepest contact; 0 if there is none
+    deepest: str  # its two geoms
+    softness: Mapping[str, str]  # {setting of the model that makes the depth: its value}
+    creep: float  # [m/s] slip of the fastest contact; 0 if there is none
+    creeping: str  # its two geoms
+    regularisation: Mapping[str, str]  # {setting of the model that makes the creep: its value}
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,13 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import takewhile
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
+from plumbob.engines.audit.costs import costs_in_turns, timed_periods
 from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, largest
 from plumbob.engines.own_motion import OwnModel, Script, Stepped
 from plumbob.engines.study.cost import Cost
@@ -48,6 +47,8 @@ class StepError:
     why: str = ""  # it ended early
     remarks: tuple[str, ...] = ()  # what was noticed on the way
     cost: Cost | None = None  # of a step; None where it ended early
+    # Whether the engine would soften contacts or limits of this run, which the audit prevented.
+    softened: bool = False
 
     @property
     def pace(self) -> Cost | None:
@@ -65,20 +66,6 @@ class StepError:
 
 
 @dataclass(frozen=True)
-class Cheapest:
-    """The cheapest integrator and step for a wanted error, and its cost over the model's own."""
-
-    target: float  # [m]
-    integrator: str
-    step: float  # [s]
-    error: float  # [m]
-    cost: Ratio | None  # in multiples of the model's own; None where that ended early
-    unguarded: bool = (
-        False  # the engine would soften contacts at this step, which the audit prevented
-    )
-
-
-@dataclass(frozen=True)
 class Compared:
     """All steps that were tried, own integrator first, coarse to fine, and how far they reach."""
 
@@ -87,7 +74,8 @@ class Compared:
     index: int  # of the period up to which the steps tend to the reference
     nearest: float  # [m] the smallest error of the finest steps there
     order: Order | None  # of the own integrator
-    cheapest: tuple[Cheapest, ...]  # by target; one that nothing reaches is left out
+    # Whether contacts or limits that the engine softens at the own step act in the motion.
+    clamping_acts: bool = False
 
 
 @dataclass(frozen=True)
@@ -130,7 +118,12 @@ def compared(
     fixed = [s for s in errors if s.integrator == model.integrator]
     as_is = next(s for s in fixed if s.parts == round(script.period / model.step))
     index = tends(errors, as_is, reference)
-    chosen = (c for t in TARGETS if (c := cheapest(errors, as_is, reference, index, t)))
+    errors = [
+        replace(
+            s, softened=s.parts < as_is.parts and model.softens(script, s.integrator, s.parts)
+        )
+        for s in errors
+    ]
     errors.sort(key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
     return Compared(
         as_is,
@@ -138,7 +131,7 @@ def compared(
         index,
         float(finest(errors)[index]),
         observed_order(fixed, reference, index),
-        tuple(replace(choice, unguarded=model.softened(choice.step)) for choice in chosen),
+        model.clamping_acts(script),
     )
 
 
@@ -267,41 +260,6 @@ def observed_order(
     return fit_order(
         [s.step for s in done], [s.at(index) for s in done], [floor] * len(done), most=8
     )
-
-
-def cheapest(
-    steps: Sequence[StepError],
-    as_is: StepError,
-    reference: Certificate,
-    index: int,
-    target: float,
-) -> Cheapest | None:
-    """The cheapest of all integrators whose error, with the reference's uncertainty, stays within
-    `target` [m] at this step and every smaller one that was run; the model's own integrator, then
-    the largest step, where costs are alike. None where there is none, or the reference is not known
-    well enough to say."""
-    doubt = float(reference.uncertainty[index])
-    if doubt > TRUSTED * target:
-        return None
-    reaching = [
-        step
-        for name in {s.integrator for s in steps}
-        for step in takewhile(
-            lambda s: s.cost is not None and s.at(index) + doubt <= target,
-            sorted((s for s in steps if s.integrator == name), key=lambda s: s.step),
-        )
-    ]
-    if not reaching:
-        return None
-    most = ALIKE * min(s.ns_per_second or math.inf for s in reaching)
-    alike = [s for s in reaching if (s.ns_per_second or math.inf) <= most]
-    best = min(alike, key=lambda s: (s.integrator != as_is.integrator, s.integrator, -s.step))
-    cost = None
-    if best is as_is:
-        cost = Ratio(1.0, 1.0, 1.0)
-    elif best.cost and as_is.cost:
-        cost = ratio(best.cost, as_is.cost, as_is.step / best.step)
-    return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
 def horizon(result: Compared, reference: Certificate, script: Script, target: float) -> float:

@@ -32,7 +32,7 @@ from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.own_file import controls_of
 from plumbob.reports.commands.several_audits import Row, model_files, page_names, refused
-from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, page
+from plumbob.reports.view.audit.page import answer_lines, audit_answer, page
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.own_files import check_replaceable
@@ -235,14 +235,15 @@ def _audited(
         name = "" if chosen.out is None else _written(answer, result, pages[path], chosen)
     except ParameterError as why:
         return refused(path, str(why))
+    data = record(result)
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
     return Row(
         path,
         None if math.isnan(error) else error,
         result.step,
-        dict(answer_rows(answer)).get("to do", ""),
+        data.get("to_do", ""),
         MISSED if missed else 0,
-        record(result),
+        data,
         name,
         missed,
         tuple(answer_lines(answer)),

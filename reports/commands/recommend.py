@@ -28,13 +28,13 @@ from plumbob.reports.commands.budget import certify
 from plumbob.reports.commands.own_file import described, is_file, motion
 
 if TYPE_CHECKING:
-    from plumbob.engines.audit.reference import Certificate
-    from plumbob.engines.audit.step_errors import Compared, StepError
-    from plumbob.engines.own_motion import OwnModel, Script
+    from plumbob.engines.audit.step_errors import StepError
+    from plumbob.engines.own_motion import Script
     from plumbob.engines.study.checkpoint import Checkpoint
     from plumbob.engines.study.measurement import Measurement
     from plumbob.engines.study.scheduler import Progress
     from plumbob.reports.advice.advice import Answer, MakeRun
+    from plumbob.reports.advice.audit_advice import StepEvidence
     from plumbob.reports.advice.user_settings import UserResult
 
 SAMPLES = 100  # of the exact motion, to see how large it is
@@ -113,8 +113,9 @@ def _of_file(chosen: argparse.Namespace) -> int:
     stays within what is asked for: 1 where none does, 3 where the motion is not certified to its
     end, or not well enough."""
     from plumbob.engines.audit.allowance import Allowance
-    from plumbob.engines.audit.audit import held_to_reference
+    from plumbob.engines.audit.audit import held_to_reference, largest_steps_along
     from plumbob.engines.audit.user_models import quiet
+    from plumbob.reports.advice.audit_advice import StepEvidence
     from plumbob.reports.commands.arguments.console import note, progress
 
     target = chosen.error or chosen.absolute
@@ -122,11 +123,14 @@ def _of_file(chosen: argparse.Namespace) -> int:
         model, script = motion(chosen)
         allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
         reference, steps = held_to_reference(model, script, allowance)
+        if steps is not None:
+            limits = largest_steps_along(model, script, reference, allowance)
     if steps is None:
         note(f"{chosen.scene} has no certified motion: {reference.why}")
         return INCOMPLETE
-    answer = _file_choice(chosen, target, model, script, reference, steps)
-    values.show(chosen, answer, "recommend_file", **answer)
+    evidence = StepEvidence(model, reference, steps, limits)
+    answer = _file_choice(chosen, target, script, evidence)
+    values.show(chosen, answer, "recommend_file", format=model.format, **answer)
     if not answer["decided"]:
         return INCOMPLETE
     return 0 if answer["choice"] else 1
@@ -135,29 +139,24 @@ def _of_file(chosen: argparse.Namespace) -> int:
 def _file_choice(
     chosen: argparse.Namespace,
     target: float,
-    model: OwnModel,
     script: Script,
-    reference: Certificate,
-    steps: Compared,
+    evidence: StepEvidence,
 ) -> dict[str, Any]:
     """The cheapest integrator and step for an error of `target` [m] as plain data, the model's own
     and the one with the smallest error beside it."""
-    from plumbob.engines.audit.step_errors import TRUSTED, cheapest
+    from plumbob.engines.audit.step_errors import TRUSTED
+    from plumbob.reports.advice.audit_advice import step_choice
     from plumbob.reports.view.audit.page import package_versions
-    from plumbob.reports.view.audit.records import spread
+    from plumbob.reports.view.audit.records import step_choice_record
 
+    model, reference, steps = evidence.model, evidence.reference, evidence.compared
     index = steps.index
     choice = None
-    if best := cheapest(steps.steps, steps.own, reference, index, target):
-        options = model.option(best.integrator, best.step)
-        choice = {
-            "integrator": best.integrator,
-            "step": best.step,
-            "error": best.error,
-            **spread(best.cost),
-            "unguarded": model.softened(best.step),
-            "options": {name: then for name, (_, then) in options.items()},
-        }
+    best = step_choice(evidence, target)
+    if best is not None:
+        choice = step_choice_record(best)
+        del choice["target"]
+        choice["options"] = {name: then for name, (_, then) in best.options.items()}
 
     def plain(step: StepError) -> dict[str, Any]:
         names = ("integrator", "step", "ns_per_second")
@@ -171,7 +170,7 @@ def _file_choice(
         "choice": choice,
         "own": plain(steps.own),
         "nearest": plain(min(steps.steps, key=lambda step: step.at(index))),
-        "clamped": model.clamped,
+        "clamped": model.clamped if steps.clamping_acts else {},
         "notes": [*model.notes, *steps.own.remarks],
         "versions": package_versions(),
     }

@@ -13,7 +13,6 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import RESOLVED
 from plumbob.engines.audit.step_errors import TARGETS, Compared, horizon
-from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.reports.advice.work_precision import pareto_front
 
 LISTED_ERRORS = 5  # largest number of errors listed as the step is halved
@@ -33,7 +32,7 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
       it (None: to the end)
     - `event_rate`: rate at which contacts and limits begin or cease to act [1/s]
     - `courses`, `uncertainty`: errors and uncertainty [m] over time, for a figure
-    - the entries of `_choices` and `_costs`"""
+    - the entries of `_costs`"""
     if audit.found is None:
         return {}
     compared = audit.found
@@ -53,7 +52,6 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
         horizons.append((target, None if math.isinf(end) else end))
     course = reference.course
     return {
-        "targets": TARGETS,
         "runs": runs,
         "errors": errors,
         "known": known,
@@ -63,28 +61,12 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
         "diverged": bool(compared.own.why) and math.isinf(audit.error),
         "horizons": horizons,
         "event_rate": len(course.events) / max(course.until, audit.script.period),
-        "out_of_time": OUT_OF_TIME in reference.why,
         "courses": [
             (run.integrator, run.step, _drawn(run.errors)) for run in runs[:DRAWN_STEPS]
         ],
         "uncertainty": _drawn(reference.uncertainty),
-        **_choices(audit, compared),
         **_costs(compared),
     }
-
-
-def _choices(audit: Audit, compared: Compared) -> dict[str, Any]:
-    """Returns two choices: `better`, the cheapest step and integrator for an error below the error
-    of the model's step; and `enough`, the cheapest one for the smallest target error that is no
-    smaller than the error of the model's step. Each is None if there is none; `enough` also if the
-    audit is not complete or nothing is saved."""
-    better = [choice for choice in compared.cheapest if choice.target < audit.error]
-    upper_error = audit.error + audit.uncertainty
-    as_accurate = [choice for choice in compared.cheapest if choice.target >= upper_error]
-    enough = as_accurate[-1] if as_accurate and audit.complete else None
-    if enough and not (enough.cost and enough.cost.saves):
-        enough = None
-    return {"better": better[0] if better else None, "enough": enough}
 
 
 def _costs(compared: Compared) -> dict[str, Any]:

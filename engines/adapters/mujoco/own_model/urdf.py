@@ -18,6 +18,15 @@ DROPPED = MappingProxyType(
 )
 
 
+def file_format(path: Path) -> str:
+    """Returns the format of a model file: "mjcf", "urdf", or "extended urdf" if the URDF has an
+    element `<mujoco>`, of which MuJoCo's importer reads the options."""
+    root = ElementTree.parse(path).getroot()
+    if root.tag != "robot":
+        return "mjcf"
+    return "urdf" if root.find("mujoco") is None else "extended urdf"
+
+
 def notes(path: Path) -> tuple[str, ...]:
     """Remarks on a model file, if it is URDF: what of it is dropped, and which link is fixed."""
     root = ElementTree.parse(path).getroot()
