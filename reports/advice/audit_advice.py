@@ -14,7 +14,7 @@ from typing import Literal
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.costs import ALIKE, Ratio, ratio
-from plumbob.engines.audit.reference import Certificate
+from plumbob.engines.audit.reference import RESOLVED, Certificate
 from plumbob.engines.audit.stability import LargestSteps
 from plumbob.engines.audit.step_errors import TARGETS, TRUSTED, Compared, StepError
 from plumbob.engines.own_motion import OUT_OF_TIME, OwnModel
@@ -29,9 +29,10 @@ RAISED = 2.0  # in steps, the time constant to which refsafe raises a shorter on
 # Effects of the model that a user may take for an error of the step.
 VISIBLE_DEPTH = 1e-4  # [m] of a contact at the end of the motion
 VISIBLE_CREEP = 1e-4  # [m/s] of a contact at the end of the motion that friction should hold
-AT_REST = (
-    0.02  # [m/s or rad/s] largest velocity of a motion that has come to rest, but for creep
-)
+# [m/s or rad/s] Largest velocity of a motion that has come to rest, but for creep.
+AT_REST = 0.02
+HELPS, HARDLY_HELPS = 0.71, 0.95  # ratios of the errors at half a step to those at the step
+LISTED_ERRORS = 5  # largest number of errors listed as the step is halved
 
 
 @dataclass(frozen=True)
@@ -286,3 +287,68 @@ def _model_effects(audit: Audit, index: int) -> tuple[ModelEffect, ...]:
     if held.creep > VISIBLE_CREEP:
         effects.append(ModelEffect("creep", held.creep, held.creeping, held.regularisation))
     return tuple(effects)
+
+
+Trend = Literal["helps", "hardly helps", "does not help"]
+
+
+@dataclass(frozen=True)
+class Halving:
+    """What halves of a model's own step do to its error."""
+
+    # "diverges": no step reaches the end; "needed": the own step does not; "unresolved": the error
+    # is within what the certified motion leaves open; "single": the error is resolved at the own
+    # step alone; the others say how fast the resolved errors fall.
+    outcome: Literal["diverges", "needed", "unresolved", "single"] | Trend
+    errors: tuple[
+        float, ...
+    ]  # [m] the resolved errors, at most LISTED_ERRORS, the own step first
+    resolution: float  # [m] smallest error that the certified motion resolves
+    largest_step: float | None  # [s] the largest step that reaches the end
+    smallest_step: float  # [s] the smallest step that was run
+    # [m] bound on the error at half of the own step, if that error is not resolved
+    bound: float | None
+
+
+def halving(audit: Audit) -> Halving:
+    """Returns what halves of a model's own step do to its error; a motion has to be certified."""
+    compared = audit.found
+    assert compared is not None
+    runs = [
+        run
+        for run in compared.steps
+        if run.integrator == audit.integrator and run.step <= audit.step
+    ]
+    errors = [run.at(compared.index) for run in runs]
+    resolution = RESOLVED * audit.uncertainty
+    resolved = [error for error in errors if error > resolution][:LISTED_ERRORS]
+    reaching = [run.step for run, e in zip(runs, errors, strict=True) if math.isfinite(e)]
+    largest_step = reaching[0] if reaching else None
+    outcome: Literal["diverges", "needed", "unresolved", "single"] | Trend
+    if largest_step is None:
+        outcome = "diverges"
+    elif largest_step < audit.step:
+        outcome = "needed"
+    elif not audit.resolved:
+        outcome = "unresolved"
+    elif len(resolved) < 2:
+        outcome = "single"
+    else:
+        outcome = error_trend(resolved)
+    return Halving(
+        outcome=outcome,
+        errors=tuple(resolved),
+        resolution=resolution,
+        largest_step=largest_step,
+        smallest_step=runs[-1].step,
+        bound=errors[1] + audit.uncertainty if errors[1:] else None,
+    )
+
+
+def error_trend(errors: Sequence[float]) -> Trend:
+    """Returns in words how halving the step helps; `errors` are the errors at a step and at halves
+    of it. The geometric mean of their ratios decides."""
+    mean_ratio = (errors[-1] / errors[0]) ** (1 / (len(errors) - 1))
+    if mean_ratio < HELPS:
+        return "helps"
+    return "hardly helps" if mean_ratio < HARDLY_HELPS else "does not help"

@@ -10,7 +10,7 @@ from typing import Any
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
-from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice
+from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
 from plumbob.reports.view import notation
 from plumbob.reports.view.audit.contacts import contact_numbers
 from plumbob.reports.view.audit.motion import motion_numbers
@@ -24,12 +24,13 @@ from plumbob.reports.view.tables import terminal_lines as text_lines
 def audit_answer(audit: Audit | ContactAudit) -> Finding:
     """Returns the finding that the template writes of an audit. Its first table is the answer; its
     other tables and figures are for the page."""
-    numbers = {"audit": audit, "file": Path(audit.name).name}
+    numbers: dict[str, Any] = {"audit": audit, "file": Path(audit.name).name}
     if isinstance(audit, ContactAudit):
         (finding,) = worded("audit/contacts", numbers | contact_numbers(audit))
     else:
         advice = audit_advice(audit)
         numbers |= {"advice": advice, "to_do": to_do_text(audit, advice)}
+        numbers["halving"] = halving(audit) if audit.found else None
         (finding,) = worded("audit/motion", {**numbers, "motion": motion_numbers(audit)})
     return finding
 

@@ -176,9 +176,9 @@ class MujocoModel:
 
     def _runs_apart(self, other: Any, script: Script, integrator: str, parts: int) -> bool:
         """Returns whether another compiled model has a run that differs from this model's run."""
-        models = (self, replace(self, effective=other))
-        states = [model.stepped(script, integrator, parts).states for model in models]
-        return not np.array_equal(*states, equal_nan=True)
+        states = self.stepped(script, integrator, parts).states
+        changed = replace(self, effective=other).stepped(script, integrator, parts)
+        return not np.array_equal(states, changed.states, equal_nan=True)
 
     def _as_stepped(self) -> Any:
         """A copy of `effective`, which has refsafe off, with refsafe on if the file has it on."""
