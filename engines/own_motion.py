@@ -102,9 +102,9 @@ class HeldContacts:
     depth: float  # [m] of the deepest contact; 0 if there is none
     deepest: str  # its two geoms
     softness: Mapping[str, str]  # {setting of the model that makes the depth: its value}
-    creep: float  # [m/s] slip of the fastest contact; 0 if there is none
-    creeping: str  # its two geoms
-    regularisation: Mapping[str, str]  # {setting of the model that makes the creep: its value}
+    drift: float  # [m/s] slip of the fastest contact; 0 if there is none
+    drifting: str  # its two geoms
+    regularisation: Mapping[str, str]  # {setting of the model that makes the drift: its value}
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ EQUAL_ERRORS = 0.95
 RAISED = 2.0  # in steps, the time constant to which refsafe raises a shorter one
 # Effects of the model that a user may take for an error of the step.
 VISIBLE_DEPTH = 1e-4  # [m] of a contact at the end of the motion
-VISIBLE_CREEP = 1e-4  # [m/s] of a contact at the end of the motion that friction should hold
-# [m/s or rad/s] Largest velocity of a motion that has come to rest, but for creep.
+VISIBLE_DRIFT = 1e-4  # [m/s] of a contact at the end of the motion that friction should hold
+# [m/s or rad/s] Largest velocity of a motion that has come to rest, but for drift.
 AT_REST = 0.02
 HELPS, HARDLY_HELPS = 0.71, 0.95  # ratios of the errors at half a step to those at the step
 LISTED_ERRORS = 5  # largest number of errors listed as the step is halved
@@ -206,7 +206,7 @@ def _passed_over(evidence: StepEvidence, chosen: StepError, target: float) -> Pa
 class ModelEffect:
     """An effect that the model's continuous motion has too, so that no smaller step reduces it."""
 
-    name: Literal["depth", "creep"]
+    name: Literal["depth", "drift"]
     size: float  # [m] depth of a contact, or [m/s] slip of a contact that friction should hold
     geoms: str  # the two geoms of the contact
     settings: Mapping[str, str]  # {the setting of the model that causes the effect: its value}
@@ -274,7 +274,7 @@ def _cheaper_choice(audit: Audit, choices: Sequence[StepChoice]) -> StepChoice |
 
 
 def _model_effects(audit: Audit, index: int) -> tuple[ModelEffect, ...]:
-    """Returns the depth and the creep of contacts at the end of the certified motion, the end of
+    """Returns the depth and the drift of contacts at the end of the certified motion, the end of
     the control period `index`, if the motion has come to rest there. A depth that is smaller than
     the error of the step is left out."""
     state = audit.reference.course.states[index]
@@ -284,8 +284,8 @@ def _model_effects(audit: Audit, index: int) -> tuple[ModelEffect, ...]:
         return ()
     if held.depth > max(VISIBLE_DEPTH, audit.error):
         effects.append(ModelEffect("depth", held.depth, held.deepest, held.softness))
-    if held.creep > VISIBLE_CREEP:
-        effects.append(ModelEffect("creep", held.creep, held.creeping, held.regularisation))
+    if held.drift > VISIBLE_DRIFT:
+        effects.append(ModelEffect("drift", held.drift, held.drifting, held.regularisation))
     return tuple(effects)
 
 

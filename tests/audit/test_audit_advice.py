@@ -273,35 +273,35 @@ RAMP = """<mujoco><option timestep=".002" {options}/><worldbody>
 </worldbody></mujoco>"""
 
 
-def test_contacts_that_slide_do_not_creep():
+def test_contacts_that_slide_do_not_drift():
     """A box slides down the ramp at a friction of 0.2, less than the tangent of 20°."""
     text = RAMP.format(options="").replace('"0.6"', '"0.2"')
     model = ready(compiled(text))
     motion = script(model, duration=0.2)
     moving = model.stepped(motion, "euler", 64).states[-1]
     assert model.readings(moving[None])["slip"] > 0.1
-    assert model.held_contacts(moving, motion.controls[-1]).creep == 0.0
+    assert model.held_contacts(moving, motion.controls[-1]).drift == 0.0
 
 
 @pytest.mark.parametrize(
-    ("options", "creeps"),
+    ("options", "drifts"),
     [('impratio="1"', True), ('impratio="1000" cone="elliptic"', False)],
 )
-def test_advice_names_the_setting_that_makes_contacts_creep(options, creeps):
+def test_advice_names_the_setting_that_makes_contacts_drift(options, drifts):
     """A box on a ramp of 20° at a friction of 0.6 rests by Coulomb's law. MuJoCo's friction is
-    regularised, so that the box creeps, whatever the step; 1000 times the impratio makes it creep
+    regularised, so that the box drifts, whatever the step; 1000 times the impratio makes it drift
     1000 times as slowly."""
     model = ready(compiled(RAMP.format(options=options)))
     result = audited(model, script(model, duration=0.4), "rest", Allowance(10.0))
     effects = [
-        effect for effect in audit_advice(result).model_effects if effect.name == "creep"
+        effect for effect in audit_advice(result).model_effects if effect.name == "drift"
     ]
-    assert bool(effects) == creeps
-    if creeps:
+    assert bool(effects) == drifts
+    if drifts:
         (effect,) = effects
         finest = result.model.stepped(result.script, "euler", 64).states
         moved = np.linalg.norm(finest[-1, :3] - finest[-2, :3]) / result.script.period
-        # The creep is steady to 2 % within the last period of 20 ms.
+        # The drift is steady to 2 % within the last period of 20 ms.
         assert effect.size == pytest.approx(moved, rel=0.02)
         assert 'the model makes that, by impratio="1"' in to_do(result)
 

@@ -396,7 +396,7 @@ class MujocoModel:
 
     @collected()
     def held_contacts(self, state: Array, control: Array) -> HeldContacts:
-        """Returns the depth and the creep of the contacts of a state that friction should hold."""
+        """Returns the depth and the drift of the contacts of a state that friction should hold."""
         data = self._begun(self.effective)
         put(data, state)
         data.ctrl[:] = control

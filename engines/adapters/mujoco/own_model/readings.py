@@ -76,10 +76,10 @@ def unlikely(start: Any) -> tuple[str, ...]:
 
 
 def held_contacts(model: Any, data: Any) -> HeldContacts:
-    """Returns the depth and the creep of the contacts that Coulomb friction would hold, in a state
+    """Returns the depth and the drift of the contacts that Coulomb friction would hold, in a state
     whose constraint forces are known in `data`."""
     depth, deepest, softness = 0.0, "", dict[str, str]()
-    creep, creeping = 0.0, ""
+    drift, drifting = 0.0, ""
     force = np.zeros(6)
     for number, contact in enumerate(data.contact):
         if contact.geom.min() < 0 or contact.dim == 1:
@@ -92,8 +92,8 @@ def held_contacts(model: Any, data: Any) -> HeldContacts:
             depth, deepest = -float(contact.dist), pair_name(model, contact.geom)
             softness = {"solref": _numbers(contact.solref), "solimp": _numbers(contact.solimp)}
         slip = contact_slip(model, data, contact)
-        if slip > creep:
-            creep, creeping = slip, pair_name(model, contact.geom)
+        if slip > drift:
+            drift, drifting = slip, pair_name(model, contact.geom)
     cone = ("pyramidal", "elliptic")[model.opt.cone]
     regularisation = {"impratio": f"{model.opt.impratio:g}", "cone": cone}
     return HeldContacts(
@@ -101,8 +101,8 @@ def held_contacts(model: Any, data: Any) -> HeldContacts:
         depth=depth,
         deepest=deepest,
         softness=softness,
-        creep=creep,
-        creeping=creeping,
+        drift=drift,
+        drifting=drifting,
         regularisation=regularisation,
     )
 
