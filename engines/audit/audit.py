@@ -208,11 +208,19 @@ def audited(
             state_errors=state_errors(model, *states),
             trims=left_out,
         )
-    progress("the largest step that holds")
+    largest = largest_steps_along(model, script, reference, allowance)
+    return replace(audit, stability=largest, seconds=time.perf_counter() - began)
+
+
+def largest_steps_along(
+    model: OwnModel, script: Script, reference: Certificate, allowance: Allowance
+) -> LargestSteps:
+    """Returns the largest steps that hold along a certified motion, found in a part of the time
+    that is allowed for the whole."""
+    allowance.progress("the largest step that holds")
     least = min(LEAST_STABLE / allowance.seconds, MOST_STABLE)
     steady = allowance.part(max(STABLE, least))
-    largest = largest_steps(model, script, reference.states, steady)
-    return replace(audit, stability=largest, seconds=time.perf_counter() - began)
+    return largest_steps(model, script, reference.states, steady)
 
 
 def compare_with_reference(

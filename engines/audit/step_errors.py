@@ -7,14 +7,14 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, takewhile
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
+from plumbob.engines.audit.costs import costs_in_turns, timed_periods
 from plumbob.engines.audit.reference import NOTHING, RESOLVED, Certificate, running_maximum
 from plumbob.engines.own_motion import OwnModel, Script, Stepped
 from plumbob.engines.study.cost import Cost
@@ -52,6 +52,8 @@ class StepError:
     why: str = ""  # why the run ended early; empty if it did not
     remarks: tuple[str, ...] = ()  # remarks about the run
     cost: Cost | None = None  # cost of a step; None if the run ended early
+    # Whether the engine would soften contacts or limits of this run, which the audit prevented.
+    softened: bool = False
 
     @property
     def pace(self) -> Cost | None:
@@ -69,21 +71,6 @@ class StepError:
 
 
 @dataclass(frozen=True)
-class Cheapest:
-    """The cheapest integrator and step for a wanted error, and the ratio of its cost to the cost of
-    the model's own steps."""
-
-    target: float  # [m]
-    integrator: str
-    step: float  # [s]
-    error: float  # [m]
-    # Multiple of the cost of the model's own steps; None if those ended early
-    cost: Ratio | None
-    # Whether the engine would soften contacts at this step; the audit prevents that.
-    unguarded: bool = False
-
-
-@dataclass(frozen=True)
 class StepComparison:
     """The errors of all steps that were tried, the model's own integrator first, coarse to fine,
     and the period up to which they tend to the reference."""
@@ -93,7 +80,8 @@ class StepComparison:
     index: int  # index of the last period up to which the steps tend to the reference
     nearest: float  # [m] smallest error of the finest steps there
     order: Order | None  # order of the model's own integrator
-    cheapest: tuple[Cheapest, ...]  # by target, without targets that no step reaches
+    # Whether contacts or limits that the engine softens at the own step act in the motion.
+    clamping_acts: bool = False
 
 
 @dataclass(frozen=True)
@@ -140,8 +128,7 @@ def compare_steps(
         error for error in fixed if error.parts == round(script.period / model.step)
     )
     index = last_tending_period(errors, own_step, reference)
-    cheapest = (cheapest_step(errors, own_step, reference, index, t) for t in TARGETS)
-    chosen = filter(None, cheapest)
+    errors = [_with_softening(error, own_step, model, script) for error in errors]
     errors.sort(
         key=lambda error: (error.integrator != model.integrator, error.integrator, -error.step)
     )
@@ -151,10 +138,18 @@ def compare_steps(
         index=index,
         nearest=float(finest_errors(errors)[index]),
         order=observed_order(fixed, reference, index),
-        cheapest=tuple(
-            replace(choice, unguarded=model.softened(choice.step)) for choice in chosen
-        ),
+        clamping_acts=model.clamping_acts(script),
     )
+
+
+def _with_softening(
+    error: StepError, own_step: StepError, model: OwnModel, script: Script
+) -> StepError:
+    """Returns the error of a step with the statement whether the engine would soften contacts or
+    limits of the run. The engine softens them only at steps larger than the model's own."""
+    if error.parts >= own_step.parts:
+        return error
+    return replace(error, softened=model.softens(script, error.integrator, error.parts))
 
 
 def errors_at_halved_steps(
@@ -297,43 +292,6 @@ def observed_order(
     return fit_order(
         [s.step for s in done], [s.at(index) for s in done], [floor] * len(done), most=8
     )
-
-
-def cheapest_step(
-    steps: Sequence[StepError],
-    own_step: StepError,
-    reference: Certificate,
-    index: int,
-    target: float,
-) -> Cheapest | None:
-    """Returns the cheapest step whose error, plus the uncertainty of the reference, stays within
-    `target` [m] at this step and every smaller step of the same integrator that was run. If costs
-    are alike, the model's own integrator is preferred, then the larger step. None if no step
-    reaches the target, or the reference is not known well enough."""
-    uncertainty = float(reference.uncertainty[index])
-    if uncertainty > TRUSTED * target:
-        return None
-
-    def reaches(step: StepError) -> bool:
-        return step.cost is not None and step.at(index) + uncertainty <= target
-
-    reaching = list[StepError]()
-    for runs in _by_integrator(steps):
-        reaching += takewhile(reaches, sorted(runs, key=lambda step: step.step))
-    if not reaching:
-        return None
-    largest_cost = ALIKE * min(s.ns_per_second or math.inf for s in reaching)
-    equally_cheap = [s for s in reaching if (s.ns_per_second or math.inf) <= largest_cost]
-    best = min(
-        equally_cheap,
-        key=lambda s: (s.integrator != own_step.integrator, s.integrator, -s.step),
-    )
-    cost = None
-    if best is own_step:
-        cost = Ratio(1.0, 1.0, 1.0)
-    elif best.cost and own_step.cost:
-        cost = ratio(best.cost, own_step.cost, own_step.step / best.step)
-    return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
 def horizon(

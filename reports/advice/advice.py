@@ -6,6 +6,7 @@ steps between and below the study's. The tables of a page use the study alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -169,9 +170,11 @@ def _default_choices(
         for method in asked.methods:
             if method.name != name or method.control != "step":
                 continue
-            if _is_timed_simulation(method, evidence):
-                choices = evidence.choices(method)
-                defaults += [choice for choice in choices if choice.step == RECOMMENDED_STEP]
+            if not _is_timed_simulation(method, evidence):
+                continue
+            error = evidence.errors(method).get(RECOMMENDED_STEP, math.inf)
+            if RECOMMENDED_STEP in evidence.common_steps(method) and math.isfinite(error):
+                defaults.append(evidence.choice(method, RECOMMENDED_STEP, error))
     return defaults
 
 

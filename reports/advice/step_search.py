@@ -154,12 +154,16 @@ class Evidence:
 
     def choices(self, method: Method, below: float = math.inf) -> list[Choice]:
         """Returns the choices of a method at steps smaller than `below` that were run to the end on
-        every scene."""
+        every scene, each with the largest error at its step and at all smaller steps: an error that
+        crosses zero is small at one step by chance."""
         errors = self.errors(method)
-        steps = [
-            step for step in self.common_steps(method, below) if math.isfinite(errors[step])
-        ]
-        return [self.choice(method, step, errors[step]) for step in steps]
+        choices = []
+        largest = 0.0
+        for step in self.common_steps(method, below):
+            largest = max(largest, *(errors[s] for s in errors if s <= step))
+            if math.isfinite(largest):
+                choices.append(self.choice(method, step, largest))
+        return choices
 
     def reaches(self, method: Method, step: float, wanted: float, margin: float) -> bool | None:
         """Whether `margin` times the error at a step is at most `wanted` on every scene. Makes the

@@ -37,7 +37,7 @@ from plumbob.reports.commands.shared.several_audits import (
     page_names,
     refused_row,
 )
-from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, page
+from plumbob.reports.view.audit.page import answer_lines, audit_answer, page
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.own_files import check_replaceable
@@ -267,14 +267,15 @@ def _audit_row(
             page_name = _write_page(answer, result, pages[path], chosen)
     except ParameterError as why:
         return refused_row(path, str(why))
+    data = record(result)
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
     return Row(
         path=path,
         error=None if math.isnan(error) else error,
         step=result.step,
-        says=dict(answer_rows(answer)).get("to do", ""),
+        says=data.get("to_do", ""),
         code=MISSED if missed else 0,
-        data=record(result),
+        data=data,
         page=page_name,
         missed=missed,
         lines=tuple(answer_lines(answer)),

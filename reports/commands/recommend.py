@@ -32,13 +32,13 @@ from plumbob.reports.commands.shared.model_file import (
 )
 
 if TYPE_CHECKING:
-    from plumbob.engines.audit.reference import Certificate
-    from plumbob.engines.audit.step_errors import StepComparison, StepError
-    from plumbob.engines.own_motion import OwnModel, Script
+    from plumbob.engines.audit.step_errors import StepError
+    from plumbob.engines.own_motion import Script
     from plumbob.engines.study.checkpoint import Checkpoint
     from plumbob.engines.study.measurement import Measurement
     from plumbob.engines.study.scheduler import Progress
     from plumbob.reports.advice.advice import MakeRun, RecommendationSearch
+    from plumbob.reports.advice.audit_advice import StepEvidence
     from plumbob.reports.advice.user_settings import UserResult
 
 SAMPLES = 100  # times at which the exact motion is sampled for its size
@@ -124,8 +124,9 @@ def _answer_for_file(chosen: argparse.Namespace) -> int:
     within the wanted one. Returns 1 if none does, and 3 if the motion is not certified to its end
     or not precisely enough."""
     from plumbob.engines.audit.allowance import Allowance
-    from plumbob.engines.audit.audit import compare_with_reference
+    from plumbob.engines.audit.audit import compare_with_reference, largest_steps_along
     from plumbob.engines.audit.user_models import quiet
+    from plumbob.reports.advice.audit_advice import StepEvidence
     from plumbob.reports.commands.arguments.console import note, progress
 
     target = chosen.error or chosen.absolute
@@ -133,11 +134,14 @@ def _answer_for_file(chosen: argparse.Namespace) -> int:
         model, script = model_and_script(chosen)
         allowance = Allowance(chosen.budget, progress=lambda what: show(what, 0, 0))
         reference, steps = compare_with_reference(model, script, allowance)
+        if steps is not None:
+            limits = largest_steps_along(model, script, reference, allowance)
     if steps is None:
         note(f"{chosen.scene} has no certified motion: {reference.why}")
         return INCOMPLETE
-    answer = _file_record(chosen, target, model, script, reference, steps)
-    values.show(chosen, answer, "recommend_file", **answer)
+    evidence = StepEvidence(model, reference, steps, limits)
+    answer = _file_record(chosen, target, script, evidence)
+    values.show(chosen, answer, "recommend_file", format=model.format, **answer)
     if not answer["decided"]:
         return INCOMPLETE
     return 0 if answer["choice"] else 1
@@ -146,30 +150,24 @@ def _answer_for_file(chosen: argparse.Namespace) -> int:
 def _file_record(
     chosen: argparse.Namespace,
     target: float,
-    model: OwnModel,
     script: Script,
-    reference: Certificate,
-    steps: StepComparison,
+    evidence: StepEvidence,
 ) -> dict[str, Any]:
     """Returns as plain data the cheapest integrator and step for an error of `target` [m], the run
     with the model's own integrator and step, and the run with the smallest error."""
-    from plumbob.engines.audit.step_errors import TRUSTED, cheapest_step
+    from plumbob.engines.audit.step_errors import TRUSTED
+    from plumbob.reports.advice.audit_advice import step_choice
     from plumbob.reports.view.audit.page import package_versions
-    from plumbob.reports.view.audit.records import spread
+    from plumbob.reports.view.audit.records import step_choice_record
 
+    model, reference, steps = evidence.model, evidence.reference, evidence.compared
     index = steps.index
     choice = None
-    best = cheapest_step(steps.steps, steps.own, reference, index, target)
-    if best:
-        options = model.option(best.integrator, best.step)
-        choice = {
-            "integrator": best.integrator,
-            "step": best.step,
-            "error": best.error,
-            **spread(best.cost),
-            "unguarded": model.softened(best.step),
-            "options": {name: value for name, (_, value) in options.items()},
-        }
+    best = step_choice(evidence, target)
+    if best is not None:
+        choice = step_choice_record(best)
+        del choice["target"]
+        choice["options"] = {name: value for name, (_, value) in best.options.items()}
 
     def step_record(step: StepError) -> dict[str, Any]:
         """Returns the integrator, the step, the error [m] and the cost of a run as plain data."""
@@ -186,7 +184,7 @@ def _file_record(
         "choice": choice,
         "own": step_record(steps.own),
         "nearest": step_record(most_accurate),
-        "clamped": model.clamped,
+        "clamped": model.clamped if steps.clamping_acts else {},
         "notes": [*model.notes, *steps.own.remarks],
         "versions": package_versions(),
     }

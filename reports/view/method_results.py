@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import takewhile
 from types import MappingProxyType
@@ -152,6 +152,16 @@ class MethodResult:
         if step is None or math.isnan(self.errors[step]) or self.meaning == "not-run":
             return None
         return self._at(step)
+
+    @property
+    def largest_at_reference(self) -> ShownError | None:
+        """The largest error at the reference step and at all smaller steps that were run; None if
+        nothing was run. An error that crosses zero is small at one step by chance."""
+        shown = self.at_reference
+        if shown is None or self.method.control != "step":
+            return shown
+        smaller = [error for step, error in self.errors.items() if step <= shown.step]
+        return replace(shown, error=max(error for error in smaller if not math.isnan(error)))
 
     @property
     def at_default(self) -> ShownError:

@@ -114,3 +114,11 @@ def test_the_cheaper_method_between_the_steps_is_found():
     choice = best(found, 1e-3, SAWTOOTH, OTHER)
     assert choice.method == SAWTOOTH.name
     assert choice.step > 4.4e-4
+
+
+def test_an_error_that_crosses_zero_counts_as_the_largest_of_smaller_steps():
+    """The signed error h - 1e-3 crosses zero at 1 ms, and is 5e-4 at half of that."""
+    found = evidence(lambda scene, method, h: abs(h - 1e-3))
+    errors = {choice.step: choice.error for choice in found.choices(SAWTOOTH)}
+    assert errors[1e-3] == pytest.approx(1e-3 - min(STEPS))
+    assert errors[5e-3] == pytest.approx(4e-3)

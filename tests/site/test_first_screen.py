@@ -114,6 +114,19 @@ def test_the_answer_is_computed_from_the_study(study):
     assert "39 %" in _said(_with_error(study, LINE, DEFAULT, 0.39))
 
 
+def test_an_error_that_crosses_zero_is_the_largest_at_smaller_steps(study):
+    """An error of h - 1 ms is zero at 1 ms, and nearly 1e-3 at the smallest step."""
+    changed = study
+    for scene in (s.name for s in study.scenes if s.system == "capsule-line"):
+        changed = _with_error(changed, scene, CONVERGENT, lambda step: abs(step - 1e-3) + 1e-9)
+    said = re.search(r"stops with an error of (\S+) %", _said(changed))
+    pair = LINE, CONVERGENT
+    series = next(c for c in study.convergence if (c.scene, c.method) == pair)
+    steps = [run.step for run in series.measurements]
+    # Two digits are printed, the first of which is 9: 1.1 % of a rounding error at most.
+    assert float(said[1]) == pytest.approx(100 * (1e-3 - min(steps)), rel=0.011)
+
+
 def _at_steps(study, runs):
     """A study of the line with these relative errors at its end, signed, by step [s]; None for a
     run that diverged."""

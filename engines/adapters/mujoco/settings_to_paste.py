@@ -110,7 +110,7 @@ def _convergent(
         )
 
     alone = Snippet(
-        "MJCF alone",
+        "MJCF alone, for bodies that slide without turning",
         mjcf(1.0),
         "",
         f"{error} {IMPEDANCE:g} f m v/dt",
@@ -118,7 +118,7 @@ def _convergent(
         f"{SLIDING}; {stable}",
     )
     softened = Snippet(
-        "MJCF, and one line of Python after compiling",
+        "MJCF and a line of Python after compiling, for bodies that also turn",
         mjcf(PLANE_SOFTENING),
         f'model.body_invweight0[model.body("base").id] *= {PLANE_SOFTENING:g}'
         "  # each body that touches the floor",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, ContactRun
-from plumbob.reports.view.audit.motion import mean_ratio
+from plumbob.reports.advice.audit_advice import error_trend
 
 
 def contact_numbers(audit: ContactAudit) -> dict[str, Any]:
@@ -38,8 +38,8 @@ def _kind(name: str, audit: ContactAudit, runs: tuple[ContactRun, ...]) -> dict[
     `predicted`, the error that theory predicts at the worst heading [%] (NaN if a load reaches 0);
     and `turn`, the turn of the body [rad], if it turns and comes to rest.
 
-    The values of all runs are: `halving`, the largest error [m] at each step, and `ratio`, the mean
-    ratio of one error to the next."""
+    The values of all runs are: `halving`, the largest error [m] at each step, and `trend`, how
+    halving the step helps."""
     if not runs:
         return {"name": name, "runs": runs, "worst": -1, "halving": ()}
     run = runs[0]
@@ -67,5 +67,5 @@ def _kind(name: str, audit: ContactAudit, runs: tuple[ContactRun, ...]) -> dict[
         "predicted": predicted_per_cent,
         "turn": run.turning.turn if run.turning and run.turning.rests else None,
         "halving": halving if known else (),
-        "ratio": mean_ratio(halving) if known else None,
+        "trend": error_trend(halving) if known else None,
     }

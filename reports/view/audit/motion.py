@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
@@ -11,29 +10,21 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.reference import RESOLVED
 from plumbob.engines.audit.step_errors import TARGETS, StepComparison, horizon
-from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.reports.advice.work_precision import pareto_front
 
-LISTED_ERRORS = 5  # largest number of errors listed as the step is halved
 DRAWN_STEPS = 4  # number of steps of the model's integrator in the figure over time
 
 
 def motion_numbers(audit: Audit) -> dict[str, Any]:
     """Returns the numbers of the template; empty if no motion was certified.
 
-    - `runs`: the runs of the model's integrator at the model's step and at its halves
-    - `errors`: the error [m] of each run at the end of the last period in which the steps converge
-    - `resolved`: the errors above `known` [m], the level set by the uncertainty of the reference
-    - `ratio`: the mean ratio of one resolved error to the next
-    - `holds`: the largest step [s] whose error stays finite to the end
-    - `diverged`: whether the error of the model's step does not
+    - `diverged`: whether the error of the model's step does not stay finite to the end
     - `horizons`: errors [m], each with the time [s] up to which the most accurate step stays within
       it (None: to the end)
     - `event_rate`: rate at which contacts and limits begin or cease to act [1/s]
     - `courses`, `uncertainty`: errors and uncertainty [m] over time, for a figure
-    - the entries of `_choices` and `_costs`"""
+    - the entries of `_costs`"""
     if audit.found is None:
         return {}
     compared = audit.found
@@ -43,48 +34,21 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
         for run in compared.steps
         if run.integrator == audit.integrator and run.step <= audit.step
     ]
-    errors = [run.at(compared.index) for run in runs]
-    known = RESOLVED * audit.uncertainty
-    resolved = [error for error in errors if error > known][:LISTED_ERRORS]
-    holding = [run.step for run, e in zip(runs, errors, strict=True) if math.isfinite(e)]
     horizons = []
     for target in TARGETS[1:3]:
         end = horizon(compared, reference, audit.script, target)
         horizons.append((target, None if math.isinf(end) else end))
     course = reference.course
     return {
-        "targets": TARGETS,
-        "runs": runs,
-        "errors": errors,
-        "known": known,
-        "resolved": resolved,
-        "ratio": mean_ratio(resolved) if resolved[1:] else None,
-        "holds": holding[0] if holding else None,
         "diverged": bool(compared.own.why) and math.isinf(audit.error),
         "horizons": horizons,
         "event_rate": len(course.events) / max(course.until, audit.script.period),
-        "out_of_time": OUT_OF_TIME in reference.why,
         "courses": [
             (run.integrator, run.step, _drawn(run.errors)) for run in runs[:DRAWN_STEPS]
         ],
         "uncertainty": _drawn(reference.uncertainty),
-        **_choices(audit, compared),
         **_costs(compared),
     }
-
-
-def _choices(audit: Audit, compared: StepComparison) -> dict[str, Any]:
-    """Returns two choices: `better`, the cheapest step and integrator for an error below the error
-    of the model's step; and `enough`, the cheapest one for the smallest target error that is no
-    smaller than the error of the model's step. Each is None if there is none; `enough` also if the
-    audit is not complete or nothing is saved."""
-    better = [choice for choice in compared.cheapest if choice.target < audit.error]
-    upper_error = audit.error + audit.uncertainty
-    as_accurate = [choice for choice in compared.cheapest if choice.target >= upper_error]
-    enough = as_accurate[-1] if as_accurate and audit.complete else None
-    if enough and not (enough.cost and enough.cost.saves):
-        enough = None
-    return {"better": better[0] if better else None, "enough": enough}
 
 
 def _costs(compared: StepComparison) -> dict[str, Any]:
@@ -100,11 +64,6 @@ def _costs(compared: StepComparison) -> dict[str, Any]:
         costs.append((integrator, tuple(run.step for run in runs), ns_per_second, errors))
         points += zip(ns_per_second, errors, strict=True)
     return {"costs": costs, "front": pareto_front(points, lambda point: point)}
-
-
-def mean_ratio(errors: Sequence[float]) -> float:
-    """Returns the geometric mean of the ratios of each error to the error before it."""
-    return float((errors[-1] / errors[0]) ** (1 / (len(errors) - 1)))
 
 
 def _drawn(errors: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
 from plumbob.reports.records import notation
 from plumbob.reports.records.page_records import Replay
 from plumbob.reports.view.audit.contacts import contact_numbers
@@ -23,12 +24,21 @@ from plumbob.reports.view.tables import terminal_lines as text_lines
 def audit_answer(audit: Audit | ContactAudit) -> Finding:
     """Returns the finding that the template writes of an audit. Its first table is the answer; its
     other tables and figures are for the page."""
-    numbers = {"audit": audit, "file": Path(audit.name).name}
+    numbers: dict[str, Any] = {"audit": audit, "file": Path(audit.name).name}
     if isinstance(audit, ContactAudit):
         (finding,) = worded("audit/contacts", numbers | contact_numbers(audit))
     else:
+        advice = audit_advice(audit)
+        numbers |= {"advice": advice, "to_do": to_do_text(audit, advice)}
+        numbers["halving"] = halving(audit) if audit.found else None
         (finding,) = worded("audit/motion", {**numbers, "motion": motion_numbers(audit)})
     return finding
+
+
+def to_do_text(audit: Audit, advice: AuditAdvice) -> str:
+    """Returns the advice of an audit as one line of text."""
+    about = {"control": audit.control, "format": audit.model.format}
+    return " ".join(text_lines("audit_to_do", advice=advice, **about))
 
 
 def answer_rows(answer: Finding) -> list[tuple[str, str]]:
@@ -75,7 +85,9 @@ def page_of_finding(finding: Finding, command: str, lasted: float, **about: Any)
 def card_lines(audit: Audit) -> list[str]:
     """Returns the answer as a card for the terminal: a line with the error, the recommended choice
     and how well it is known; then the lines to put into the model file."""
-    return text_lines("audit_card", audit=audit, motion=motion_numbers(audit))
+    return text_lines(
+        "audit_card", audit=audit, advice=audit_advice(audit), motion=motion_numbers(audit)
+    )
 
 
 def package_versions() -> dict[str, str]:

@@ -14,8 +14,9 @@ from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import StateErrors, StepComparison
 from plumbob.engines.audit.trims import Trim
 from plumbob.engines.derivative_ways import CENTRAL
+from plumbob.reports.advice.audit_advice import StepChoice, audit_advice
 from plumbob.reports.records.plain_data import FOR_JSON, plain
-from plumbob.reports.view.audit.page import answer_rows, audit_answer, package_versions
+from plumbob.reports.view.audit.page import package_versions, to_do_text
 
 Plain = dict[str, Any]
 """A record as a JSON object."""
@@ -35,6 +36,7 @@ def _attributes(instance: object, *names: str) -> Plain:
 def _motion(audit: Audit) -> Plain:
     """Returns an audit of a motion as a JSON object."""
     compared = audit.found
+    advice = audit_advice(audit)
     return {
         "model": audit.name,
         **_attributes(audit, "integrator", "step", "control"),
@@ -53,8 +55,9 @@ def _motion(audit: Audit) -> Plain:
         "clamped": audit.clamped,
         "notes": (*audit.notes, *(compared.own.remarks if compared else ())),
         "unchecked": audit.model.unchecked,
-        "to_do": dict(answer_rows(audit_answer(audit)))["to do"],
+        "to_do": to_do_text(audit, advice),
         **_steps(compared),
+        "cheapest": [step_choice_record(choice) for _, choice in advice.cheapest if choice],
         "balances": audit.balances,
         "trims": _trims(audit),
         "trimmed_file": _trim(audit, audit.written[1]) if audit.written else None,
@@ -111,7 +114,6 @@ def _steps(compared: StepComparison | None) -> Plain:
             "error_over_time": [],
             "order": None,
             "steps": [],
-            "cheapest": [],
         }
     steps = [
         {
@@ -126,9 +128,22 @@ def _steps(compared: StepComparison | None) -> Plain:
         "error_over_time": compared.own.errors[: compared.index + 1],
         "order": compared.order,
         "steps": steps,
-        "cheapest": [
-            {**choice.__dict__, **spread(choice.cost)} for choice in compared.cheapest
-        ],
+    }
+
+
+def step_choice_record(choice: StepChoice) -> Plain:
+    """Returns the integrator and step that are advised for a wanted error, with the cheaper run
+    that is not advised and the reason."""
+    names = ("target", "integrator", "step", "error", "unguarded", "limit")
+    over = choice.passed_over
+    return {
+        **_attributes(choice, *names),
+        **spread(choice.cost),
+        "passed_over": over
+        and {
+            **_attributes(over, "integrator", "step", "limit", "worse"),
+            **spread(over.cost),
+        },
     }
 
 

@@ -133,14 +133,17 @@ def _is_unusual(scene: Scene) -> bool:
 def _errors_of_all(
     all_results: Results, scenes: Sequence[Scene], methods: Sequence[str]
 ) -> list[SceneErrors]:
-    """The scenes that all `methods` ran, each with the errors of these methods at the reference
-    step."""
+    """The scenes that all `methods` ran, in the order of their systems, each with the errors of
+    these methods at the reference step. The first method is the default. The others are
+    recommended, and have the largest of their errors at that step and at smaller steps."""
     ran = list[SceneErrors]()
     for scene in scenes:
         errors = dict[str, ShownError]()
         for name in methods:
             result = all_results.get((scene.name, name))
-            shown = result.at_reference if result else None
+            if result is None:
+                continue
+            shown = result.at_reference if name == methods[0] else result.largest_at_reference
             if shown:
                 errors[name] = shown
         if len(errors) == len(methods):

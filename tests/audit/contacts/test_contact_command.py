@@ -112,3 +112,22 @@ def test_settings_pasted_into_the_file_give_what_is_said(found):
     own = pasted.own[0].distances
     there = found.pasted[0].distances
     assert own == pytest.approx(there, rel=1e-6)
+
+
+UNNAMED = """<mujoco><option timestep="0.002"/><worldbody><geom type="plane" size="9 9 1"/>
+  <body name="b--x" pos="0 0 .05"><freejoint/><geom type="box" size=".1 .2 .05"/>
+    <geom name="a&lt;b" type="box" size=".1 .2 .04" pos=".01 0 -.01"/></body>
+</worldbody></mujoco>"""
+
+
+def test_a_snippet_compiles_where_geoms_have_no_names():
+    """The snippet says which names the geoms have to get first; with these it compiles."""
+    contacts = _contacts(compiled(UNNAMED))
+    snippet = contacts.snippet()
+    assert 'first name these geoms: name="floor_1" for geom 0 of body world' in snippet
+    text = UNNAMED.replace("<option", f"{snippet}<option")
+    with pytest.raises(ValueError, match="floor_1"):
+        compiled(text)
+    text = text.replace('<geom type="plane"', '<geom name="floor_1" type="plane"')
+    text = text.replace('<geom type="box"', '<geom name="foot_1" type="box"')
+    assert compiled(text).npair == 2

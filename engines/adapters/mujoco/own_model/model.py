@@ -34,6 +34,7 @@ from plumbob.engines.adapters.mujoco.own_model.places import place_of_weights
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import (
     control_names,
+    held_contacts,
     readings,
     start_warnings,
 )
@@ -60,6 +61,7 @@ from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import (
     AS_IT_STANDS,
     Change,
+    HeldContacts,
     NotCertifiable,
     Place,
     Policy,
@@ -94,6 +96,7 @@ COMPARED = int(mujoco.mjtEnableBit.mjENBL_FWDINV)
 DISCRETE = int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # shortest time constant that refsafe leaves, in steps
+SOFTER = 2.0  # factor on time constants that shows whether they act
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,9 @@ class MujocoModel:
     notes: tuple[str, ...]
     fields: Mapping[str, str]
     refsafe: bool = True  # whether the file has refsafe on
+    # Format of the file. MuJoCo reads options of a URDF file from its element <mujoco>: "urdf" has
+    # none, "extended urdf" has one.
+    format: str = "mjcf"
     drive: Callable[[float], Array] | None = None
     """The control of the continuous motion at a time [s], in place of a script's control."""
 
@@ -150,6 +156,33 @@ class MujocoModel:
     def softened(self, step: float) -> bool:
         """Whether the engine itself, by refsafe, would soften contacts or limits at a step [s]."""
         return bool(clamped_model(self._as_stepped(), step)[1])
+
+    def softens(self, script: Script, integrator: str, parts: int) -> bool:
+        """Returns whether refsafe changes the run of `script` with `parts` steps of an integrator
+        in a control period. If nothing touches, refsafe has no effect on the run."""
+        step = script.period / parts
+        guarded, softened = clamped_model(self._as_stepped(), step)
+        return bool(softened) and self._runs_apart(guarded, script, integrator, parts)
+
+    def clamping_acts(self, script: Script) -> bool:
+        """Returns whether the time constants that refsafe raises at the model's own step change the
+        motion of `script`: softer ones then give another run."""
+        if not self.clamped:
+            return False
+        softer = copy.copy(self.effective)
+        for name in set(self.clamped) - {"o_solref"}:
+            values = getattr(softer, name)
+            values[values[:, 0] == SAFE * self.step, 0] *= SOFTER
+        if "o_solref" in self.clamped:
+            softer.opt.o_solref[0] *= SOFTER
+        parts = round(script.period / self.step)
+        return self._runs_apart(softer, script, self.integrator, parts)
+
+    def _runs_apart(self, other: Any, script: Script, integrator: str, parts: int) -> bool:
+        """Returns whether another compiled model has a run that differs from this model's run."""
+        states = self.stepped(script, integrator, parts).states
+        changed = replace(self, effective=other).stepped(script, integrator, parts)
+        return not np.array_equal(states, changed.states, equal_nan=True)
 
     def _as_stepped(self) -> Any:
         """A copy of `effective`, which has refsafe off, with refsafe on if the file has it on."""
@@ -377,6 +410,15 @@ class MujocoModel:
         contacts, limits and equalities [m or rad], without those that the model cannot have."""
         return readings(self.effective, self._new_data(self.effective), states)
 
+    @collected()
+    def held_contacts(self, state: Array, control: Array) -> HeldContacts:
+        """Returns the depth and the drift of the contacts of a state that friction should hold."""
+        data = self._new_data(self.effective)
+        put(data, state)
+        data.ctrl[:] = control
+        mujoco.mj_forward(self.effective, data)
+        return held_contacts(self.effective, data)
+
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
         """{kind: names of the numbers of that kind} on which a motion depends. The kinds are
@@ -455,7 +497,9 @@ def model_of_own(model: Any, start: Start) -> MujocoModel:
     Raises ParameterError and NotCertifiable."""
     ready = own_model(*user_model(model, start))
     if isinstance(model, (str, Path)) and Path(model).suffix != ".mjb":
-        return replace(ready, notes=(*ready.notes, *urdf.urdf_notes(Path(model))))
+        path = Path(model)
+        notes = (*ready.notes, *urdf.urdf_notes(path))
+        return replace(ready, notes=notes, format=urdf.file_format(path))
     return ready
 
 

@@ -10,10 +10,13 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.model_fields import actuator_count, name_of
 from plumbob.engines.adapters.mujoco.terms import put
+from plumbob.engines.own_motion import HeldContacts
 
 NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
 KINDS = mujoco.mjtConstraint
 LIMITS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
+# fraction of the friction limit: a contact with a smaller friction force is held
+HELD = 0.9
 # [m or rad] largest depth of contacts, and excess over limits, that a start is meant to have
 DEEP = 0.01
 
@@ -91,6 +94,43 @@ def _largest_violations(data: Any) -> tuple[float, float]:
     )
 
 
+def held_contacts(model: Any, data: Any) -> HeldContacts:
+    """Returns the depth and the drift of the contacts that Coulomb friction would hold, in a state
+    whose constraint forces are known in `data`."""
+    depth, deepest, softness = 0.0, "", dict[str, str]()
+    drift, drifting = 0.0, ""
+    force = np.zeros(6)
+    for number, contact in enumerate(data.contact):
+        if contact.geom.min() < 0 or contact.dim == 1:
+            continue  # one geom is a flex, or there is no friction
+        mujoco.mj_contactForce(model, data, number, force)
+        # The sum of both components is within the limit of the elliptic and the pyramidal cone.
+        if not np.abs(force[1:3] / contact.friction[:2]).sum() < HELD * force[0]:
+            continue
+        if -contact.dist > depth:
+            depth, deepest = -float(contact.dist), pair_name(model, contact.geom)
+            softness = {"solref": _numbers(contact.solref), "solimp": _numbers(contact.solimp)}
+        slip = contact_slip(model, data, contact)
+        if slip > drift:
+            drift, drifting = slip, pair_name(model, contact.geom)
+    cone = ("pyramidal", "elliptic")[model.opt.cone]
+    regularisation = {"impratio": f"{model.opt.impratio:g}", "cone": cone}
+    return HeldContacts(
+        velocity=float(np.abs(data.qvel).max(initial=0.0)),
+        depth=depth,
+        deepest=deepest,
+        softness=softness,
+        drift=drift,
+        drifting=drifting,
+        regularisation=regularisation,
+    )
+
+
+def _numbers(values: Array) -> str:
+    """Returns numbers as MJCF writes them."""
+    return " ".join(f"{value:g}" for value in values)
+
+
 def _constraint_distances(data: Any, *kinds: Any) -> Array:
     """Returns distances [m or rad] of the constraints of some kinds, shape (n,)."""
     return np.asarray(data.efc_pos[np.isin(data.efc_type, kinds)])
@@ -99,14 +139,19 @@ def _constraint_distances(data: Any, *kinds: Any) -> Array:
 def _fastest_slip(model: Any, data: Any) -> float:
     """Returns the largest speed [m/s] across the normal of two geoms that touch; 0 if none do."""
     fastest = 0.0
-    first = np.zeros((3, model.nv))
-    other = np.zeros((3, model.nv))
     for contact in data.contact:
         if contact.dist > 0.0 or contact.geom.min() < 0:
             continue  # the geoms do not touch, or one is a flex
-        bodies = model.geom_bodyid[contact.geom]
-        mujoco.mj_jac(model, data, first, None, contact.pos, bodies[0])
-        mujoco.mj_jac(model, data, other, None, contact.pos, bodies[1])
-        across = contact.frame.reshape(3, 3)[1:] @ ((other - first) @ data.qvel)
-        fastest = max(fastest, float(np.linalg.norm(across)))
+        fastest = max(fastest, contact_slip(model, data, contact))
     return fastest
+
+
+def contact_slip(model: Any, data: Any, contact: Any) -> float:
+    """Returns the speed [m/s] of one geom of a contact along the other."""
+    first = np.zeros((3, model.nv))
+    other = np.zeros((3, model.nv))
+    bodies = model.geom_bodyid[contact.geom]
+    mujoco.mj_jac(model, data, first, None, contact.pos, bodies[0])
+    mujoco.mj_jac(model, data, other, None, contact.pos, bodies[1])
+    across = contact.frame.reshape(3, 3)[1:] @ ((other - first) @ data.qvel)
+    return float(np.linalg.norm(across))

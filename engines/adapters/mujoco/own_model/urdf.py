@@ -19,6 +19,15 @@ DROPPED = MappingProxyType(
 )
 
 
+def file_format(path: Path) -> str:
+    """Returns the format of a model file: "mjcf", "urdf", or "extended urdf" if the URDF has an
+    element `<mujoco>`, from which MuJoCo's importer reads options."""
+    root = ElementTree.parse(path).getroot()
+    if root.tag != "robot":
+        return "mjcf"
+    return "urdf" if root.find("mujoco") is None else "extended urdf"
+
+
 def urdf_notes(path: Path) -> tuple[str, ...]:
     """Returns remarks on a model file, if it is URDF: the parts that are dropped, and the link that
     is fixed."""

@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 from types import MappingProxyType
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import mujoco
 import numpy as np
@@ -325,11 +328,30 @@ class MujocoContacts(RigidPiece):
         return 1.0 + math.exp(-math.pi * DAMPING / math.sqrt(1.0 - DAMPING**2))
 
     def snippet(self) -> str:
-        """Returns contact settings to paste for the model's own step, with its feet by their
-        names."""
-        pairs = (
-            f'  <pair geom1="{self.plane}" geom2="{foot}" friction="{mu:g} {mu:g}"/>'
-            for foot, mu in self.frictions().items()
-        )
-        lines = "\n".join(("<contact>", *pairs, "</contact>"))
-        return self._settings.snippets[0].mjcf.replace(PAIRS, lines)
+        """Returns contact settings to paste for the model's own step, the feet by their names. A
+        pair needs names: a comment says which names the geoms without one have to get first."""
+        frictions = self.frictions()
+        new_names = self._new_names(frictions)
+        plane = quoteattr(new_names.get(self.plane, self.plane))
+        lines = ["<contact>"]
+        if new_names:
+            named = (f'name="{name}" for {geom}' for geom, name in new_names.items())
+            text = ", ".join(named).replace("--", "- -")  # XML comments hold no "--"
+            lines.insert(0, f"<!-- first name these geoms: {text} -->")
+        for foot, mu in frictions.items():
+            geom = quoteattr(new_names.get(foot, foot))
+            lines.append(f'  <pair geom1={plane} geom2={geom} friction="{mu:g} {mu:g}"/>')
+        lines.append("</contact>")
+        return self._settings.snippets[0].mjcf.replace(PAIRS, "\n".join(lines))
+
+    def _new_names(self, feet: Iterable[str]) -> dict[str, str]:
+        """Returns {place of a geom without a name in the file: a name that it may get} for the
+        plane and for the feet."""
+        taken = {self.whole.geom(number).name for number in range(self.whole.ngeom)}
+        new_names: dict[str, str] = {}
+        for place, stem in ((self.plane, "floor"), *((foot, "foot") for foot in feet)):
+            if place not in taken:
+                numbered = (f"{stem}_{number}" for number in count(1))
+                new_names[place] = next(name for name in numbered if name not in taken)
+                taken.add(new_names[place])
+        return new_names
