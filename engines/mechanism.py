@@ -33,10 +33,11 @@ class Body:
 
     name: str  # empty where it has none
     parent: int  # number of the body that carries it, smaller than its own number
-    place: Array  # of its frame in the parent's frame [m], shape (3,)
-    attitude: Array  # of its frame in the parent's frame, a quaternion, scalar first
+    place: Array  # origin of the body's frame in the parent's frame [m], shape (3,)
+    # attitude of the body's frame in the parent's frame, a quaternion, scalar first
+    attitude: Array
     mass: float  # [kg]
-    centre: Array  # of mass, in its frame [m], shape (3,)
+    centre: Array  # centre of mass in the body's frame [m], shape (3,)
     inertia: Array  # about its centre, along the axes of its frame [kg m^2], shape (3, 3)
     carried: float = 0.0  # fraction of its weight that a constant upward force balances
     point: bool = False  # it stands for a point mass: its inertia only satisfies the engine
@@ -62,8 +63,10 @@ class Joint:
     damping: Array  # [N m s/rad] or [N s/m], one number a degree of freedom
     armature: Array  # inertia added to each degree of freedom [kg m^2] or [kg]
     friction_loss: Array  # largest dry friction of each degree of freedom [N m] or [N]
-    limits: tuple[float, float] | None  # of the coordinate; of a ball's angle of rotation
-    force_range: tuple[float, float] | None  # of all its actuators together [N m] or [N]
+    # smallest and largest coordinate; a ball joint's limits bound its angle of rotation
+    limits: tuple[float, float] | None
+    # smallest and largest force of all actuators of the joint together [N m] or [N]
+    force_range: tuple[float, float] | None
     velocity: Callable[[Array], Array] | None = None
     """The velocity [rad/s] or [m/s] at times [s], shape (n,) each, if the joint's motion is
     prescribed whatever forces act."""
@@ -78,7 +81,8 @@ class Loop:
     kind: LoopKind
     bodies: tuple[int, int]
     places: tuple[Array, Array]  # in the frame of each body [m], shape (3,) each
-    attitude: Array  # of a weld: of the second body's frame in the first's, scalar first
+    # weld: attitude of the second body's frame in the first body's frame, scalar first
+    attitude: Array
     rigid: bool = False  # the system's constraint is exact, however softly an engine closes it
 
 
@@ -89,8 +93,8 @@ class Shape:
     name: str  # empty where it has none
     kind: ShapeKind
     body: int
-    place: Array  # of its frame in the body's frame [m], shape (3,)
-    attitude: Array  # of its frame in the body's frame, scalar first
+    place: Array  # origin of the shape's frame in the body's frame [m], shape (3,)
+    attitude: Array  # attitude of the shape's frame in the body's frame, scalar first
     size: Array  # radius; radius and half length; or half sizes [m]. A plane's normal is z
     points: Array  # vertices of a hull in its frame [m], shape (n, 3)
 

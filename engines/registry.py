@@ -132,7 +132,8 @@ def method(name: str) -> Method:
 
 
 def _one_of(name: str) -> str:
-    """What a method's name must be: one of the known names, or why an engine cannot be used."""
+    """Returns a text that says what a method's name must be: one of the known names. If the engine
+    of `name` cannot be used, the text says why."""
     every = [method.name for engine in engines().values() for method in engine.methods]
     return _broken(name.partition("/")[0]) or unknown(name, every)
 

@@ -49,8 +49,9 @@ def sampled(steps: int, samples: int = SAMPLES) -> Indices:
 
 
 def cut_short(run: Trajectory, duration: float, step: float | None) -> str:
-    """Why a run that claims to have ended is not the run that was asked for, of `duration` [s] at
-    `step` [s], or with a solver that chooses its steps if `step` is None; empty if it is."""
+    """Returns why a run that claims to have ended is not a run of `duration` [s] with steps of
+    `step` [s], or with steps that the solver chooses if `step` is None. The text is empty if the
+    run is."""
     times = run.times
     steps = step_count(duration, step) if step else 0
     end = duration

@@ -58,7 +58,7 @@ def last_sample(run: Trajectory) -> Trajectory:
 
 
 def not_a_trajectory(run: Any) -> str:
-    """Why an object is no Trajectory with finite samples of one length; empty if it is."""
+    """Returns why an object is no Trajectory with finite samples of one length; empty if it is."""
     if not isinstance(run, Trajectory):
         return f"a run returns {type(run).__name__} in place of a Trajectory"
     shape = np.shape(run.times)
@@ -73,7 +73,7 @@ def not_a_trajectory(run: Any) -> str:
 
 
 def lost(run: Trajectory) -> str:
-    """Why a run that an engine returned cannot be measured; empty if it can."""
+    """Returns why a run that an engine returned cannot be measured; empty if it can."""
     if run.diverged_at is not None:
         return "; ".join(run.warnings) or "beyond every reach of the motion"
     return not_a_trajectory(run)

@@ -284,7 +284,8 @@ def _processor_time(process: int | None) -> float | None:
 
 
 def _ending(code: int, limit: float) -> str:
-    """Why a process ended, by its exit code; its task had a `limit` [s] of processor time."""
+    """Returns why a process ended, from its exit code. The task of the process had a `limit` [s] of
+    processor time."""
     if hasattr(signal, "SIGPROF") and code == -signal.SIGPROF:
         return f"no answer within {limit:.3g} s of processor time"
     if code >= 0:

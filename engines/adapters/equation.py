@@ -23,7 +23,7 @@ class Equation:
     Angles and lengths may be mixed if one `size` and one `speed` suit them all.
     """
 
-    acceleration: Callable[[float, Any, Any], Any]  # of time [s], x and x'
+    acceleration: Callable[[float, Any, Any], Any]  # x'' as a function of time [s], x and x'
     position: Any  # x at time 0: a float, or shape (n,)
     rate: Any  # x' at time 0: a float, or shape (n,)
     speed: float  # x' that no motion of this energy exceeds; also the scale of tolerances

@@ -144,7 +144,7 @@ class _Term(NDArrayOperatorsMixin):
 
 
 def confirming(method: Method) -> tuple[Method, float]:
-    """The same method at its smallest tolerance."""
+    """Returns the same method and its smallest tolerance."""
     return method, SMALLEST
 
 

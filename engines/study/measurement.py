@@ -169,7 +169,7 @@ def measure(
 
 
 def not_asked_for(case: Case, method: Method, step: float, run: Trajectory) -> str:
-    """Why a run that did not diverge is not the run that was asked for; empty if it is."""
+    """Returns why a run that did not diverge is not the run that was requested; empty if it is."""
     fixed = step if method.control == "step" else None
     return cut_short(run, case.scene.duration, fixed)
 

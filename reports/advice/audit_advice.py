@@ -214,7 +214,7 @@ class ModelEffect:
 
 @dataclass(frozen=True)
 class AuditAdvice:
-    """What a user should do after an audit."""
+    """The actions that an audit advises."""
 
     # "uncertified": no motion is certified; "still": nothing moves; "steps": steps were compared.
     situation: Literal["uncertified", "still", "steps"]
@@ -294,7 +294,7 @@ Trend = Literal["helps", "hardly helps", "does not help"]
 
 @dataclass(frozen=True)
 class Halving:
-    """What halves of a model's own step do to its error."""
+    """The effect of halving the model's own step on the error."""
 
     # "diverges": no step reaches the end; "needed": the own step does not; "unresolved": the error
     # is within what the certified motion leaves open; "single": the error is resolved at the own

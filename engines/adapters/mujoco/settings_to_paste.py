@@ -89,8 +89,10 @@ def _convergent(
         "tilts on its contacts (centre of mass at a height h, feet at b_i from it along the "
         "motion); slip at a speed v changes normal forces, until the body has settled on them, by"
     )
-    more = "4.5" if rk4 else "1.6" if "noslip_iterations" in chosen.options else "1.2"
-    cost = f"{more} times a step of Euler with default contacts"
+    cost_ratio = "1.6" if "noslip_iterations" in chosen.options else "1.2"
+    if rk4:
+        cost_ratio = "4.5"
+    cost = f"{cost_ratio} times a step of Euler with default contacts"
     scheme = Scheme(method.scheme.integrator)  # the damping of contacts is explicit
     ratio = largest_ratio(stiffness, DAMPING, scheme)
     stable = (

@@ -16,7 +16,7 @@ PHYSICS = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # parts of a state: time, qp
 class MujocoStepper:
     """A compiled model, stepped at the model's time step by the model's integrator."""
 
-    alarms = slice(None)  # which of MuJoCo's warnings tell that a run diverges
+    alarms = slice(None)  # the kinds of MuJoCo's warnings that mean divergence
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None) -> None:
         """Steps the given `data` of the model, or new data."""

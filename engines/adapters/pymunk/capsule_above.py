@@ -105,7 +105,7 @@ def _body_and_slider(setup: CapsuleSetup, mass: float, step: float) -> Assembly:
     space.gravity = vector(cmath.rect(setup.pull, setup.heading + setup.direction))
     anchors = [complex(x, y) for x, y in capsule.supports]
     core = capsule.body_mass - 3 * mass
-    centre = -mass * sum(anchors) / core  # of its mass, from C
+    centre = -mass * sum(anchors) / core  # centre of mass of the core, from C
     moment = (
         capsule.inertia - core * abs(centre) ** 2 - mass * sum(abs(a) ** 2 for a in anchors)
     )
