@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Scene
 
 INCOMPLETE = 3
-AUDIT_SECONDS = 60.0  # [s] processor time for a model file
+BUDGET = 60.0  # [s] processor time for a model file
 # Options that a model file does not take.
 SCENE_OPTIONS = ("long", "step", "jobs", "out")
 
@@ -82,7 +82,7 @@ def _print_file_limits(chosen: argparse.Namespace) -> int:
     from plumbob.reports.view.audit.page import package_versions
     from plumbob.reports.view.audit.records import stability_record
 
-    chosen.budget = chosen.budget or AUDIT_SECONDS
+    chosen.budget = chosen.budget or BUDGET
     with quiet(), progress() as show:
         model, script = model_and_script(chosen)
         methods: list[Method] = []

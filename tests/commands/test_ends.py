@@ -255,7 +255,7 @@ PLANTED = MappingProxyType(
         "adapter": (MujocoModel, "stepped", AUDIT),
         "adapter, reading": (
             "plumbob.engines.adapters.mujoco.own_model.model",
-            "fields",
+            "field_texts",
             AUDIT,
         ),
         "another adapter": (

@@ -28,6 +28,7 @@ LOOKED_UP = {
     *("build", "claims", "command", "facts", "fill", "ideal", "interest", "invariants", "main"),
     *("model_error", "numbers", "observe", "prepare", "problem", "requests", "scheme"),
     *("Case", "KnownLimit", "Method"),
+    *("PI", "double", "quad"),  # numbers of quadruple precision, by either of two packages
 }
 TWICE = Path(__file__).with_name("names_twice.txt")
 
