@@ -16,7 +16,9 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
-LONGEST = 10.0  # [s] processor time allowed for integrating the exact motion at a place
+EXACT_MOTION_SECONDS = (
+    10.0  # [s] processor time allowed for integrating the exact motion at a place
+)
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Box:
 
     def case(self, place: Sequence[float]) -> Case:
         """The case at a place. Raises NoAnswer if the equations have no solution there, double
-        precision does not determine it, or integrating it takes longer than `LONGEST`."""
+        precision does not determine it, or integrating it takes longer than
+        `EXACT_MOTION_SECONDS`."""
         try:
             with answering():
                 case = case_of(find_scene(self.scene, self.parameters(place)))
@@ -78,12 +81,14 @@ class Box:
 
 def _integrated(case: Case) -> None:
     """Integrates the exact motion of a case to its end if it has no closed form; raises NoAnswer if
-    that takes longer than `LONGEST`."""
+    that takes longer than `EXACT_MOTION_SECONDS`."""
     duration = case.scene.duration
-    until = integrated(case, duration, LONGEST, lambda reached, spent: None)
+    until = integrated(case, duration, EXACT_MOTION_SECONDS, lambda reached, spent: None)
     if until < duration:
         known = f"certified up to {until:.3g} s of {duration:g} s"
-        raise NoAnswer(f"the exact motion is {known} within its budget, {LONGEST:g} s")
+        raise NoAnswer(
+            f"the exact motion is {known} within its budget, {EXACT_MOTION_SECONDS:g} s"
+        )
 
 
 def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:

@@ -13,8 +13,10 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer
 from plumbob.engines.method import Unsupported
 
-MOST_RUNS = 1_000_000  # largest budget: the search keeps every run in memory
-WIDE = 0.7  # fraction of the runs that look everywhere in the box, not near the best place
+MAX_SEARCH_RUNS = 1_000_000  # largest budget: the search keeps every run in memory
+WIDE_FRACTION = (
+    0.7  # fraction of the runs that look everywhere in the box, not near the best place
+)
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,8 @@ def lowest(
     the answer. Raises ParameterError if the budget is too large."""
     from scipy.optimize import Bounds, direct, minimize
 
-    if budget > MOST_RUNS:
-        raise ParameterError("budget", budget, f"at most {MOST_RUNS} runs")
+    if budget > MAX_SEARCH_RUNS:
+        raise ParameterError("budget", budget, f"at most {MAX_SEARCH_RUNS} runs")
     tried: list[tuple[float, tuple[float, ...]]] = []
     without, why = 0, ""
 
@@ -66,7 +68,7 @@ def lowest(
         return value
 
     bounds = Bounds(np.zeros(sides), np.ones(sides))
-    most = max(int(WIDE * budget), 1)
+    most = max(int(WIDE_FRACTION * budget), 1)
     with suppress(_Spent):
         for place in first:
             run(np.array(place))

@@ -33,11 +33,11 @@ from plumbob.engines.step_jacobian import state_after_step, step_jacobian
 from plumbob.engines.stepper import StepDerivatives, Stepper
 from plumbob.engines.tangent_space import TangentSpace
 
-LEAST = 4  # least number of differences that show a best one
-NUDGE = 1e-6  # [m, rad, ...] differences of the state for the derivatives of one step
+MIN_DIFFERENCES = 4  # least number of differences that show a best one
+STEP_NUDGE = 1e-6  # [m, rad, ...] differences of the state for the derivatives of one step
 # Differences [m, rad, ...] for a step with contacts. A support that begins to slip is slower than
-# NUDGE, which would reverse its friction.
-TOUCHING = 1e-7
+# STEP_NUDGE, which would reverse its friction.
+TOUCHING_NUDGE = 1e-7
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class DifferenceWay:
         number."""
         sizes = np.array(errors)
         parts = np.array(eps)
-        if len(sizes) < LEAST or not np.isfinite(sizes).all() or not np.argmin(sizes):
+        if len(sizes) < MIN_DIFFERENCES or not np.isfinite(sizes).all() or not np.argmin(sizes):
             return None
         powers = parts**self.order
         truncation = float(np.median((sizes / powers)[:2]))
@@ -88,7 +88,7 @@ class DifferenceWay:
 
 
 CENTRAL, FORWARD = DifferenceWay("central", -1.0, 2), DifferenceWay("forward", 0.0, 1)
-DIFFERENCES = MappingProxyType({way.name: way for way in (CENTRAL, FORWARD)})
+DIFFERENCE_WAYS = MappingProxyType({way.name: way for way in (CENTRAL, FORWARD)})
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 JointForce = Callable[[float, float, Sequence[float]], float]
 """The force on a hinge [N m] or a slide [N] by its coordinate [rad] or [m], its velocity, and the
 controls of all actuators."""
-Limits = tuple[float, float] | None
+ForceRange = tuple[float, float] | None
 
 
 def actuators_of(mechanism: Mechanism, joint: int) -> list[Actuator]:
@@ -74,6 +74,6 @@ def _force(actuator: Actuator) -> JointForce:
     return force
 
 
-def ends(limits: Limits) -> tuple[float, float]:
+def ends(limits: ForceRange) -> tuple[float, float]:
     """The lower and the upper limit; infinite if there are none."""
     return limits or (-math.inf, math.inf)

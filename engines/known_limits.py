@@ -23,8 +23,8 @@ from plumbob.engines.method import (
 )
 
 FOLDER = Path(__file__).parent / "limits"
-SIZES = ".sizes.jsonl"  # suffix of the table of sizes beside a file of limits
-Pair = tuple[str, str]  # names of a scene and a method
+SIZES_SUFFIX = ".sizes.jsonl"  # suffix of the table of sizes beside a file of limits
+SceneMethod = tuple[str, str]  # names of a scene and a method
 Entry = TypeVar("Entry", KnownLimit, KnownStepLimit, KnownGradientLimit, NotRead)
 
 
@@ -48,8 +48,8 @@ class Limits:
     step_limits: tuple[KnownStepLimit, ...] = ()
     gradient_limits: tuple[KnownGradientLimit, ...] = ()
     not_read: tuple[NotRead, ...] = ()
-    sizes: Mapping[Pair, Size] = field(default_factory=dict)
-    solvers: Mapping[Pair, Mapping[float, float]] = field(default_factory=dict)
+    sizes: Mapping[SceneMethod, Size] = field(default_factory=dict)
+    solvers: Mapping[SceneMethod, Mapping[float, float]] = field(default_factory=dict)
     """Relative errors of solvers that choose their steps, by tolerance, if above round-off."""
     measured_with: Mapping[str, str] = field(default_factory=dict)  # versions by distribution
     loosely_known: Sequence[str] = ()
@@ -64,7 +64,7 @@ class Limits:
         matching = _matching(self.step_limits, scene, method)
         return next((limit for limit in matching if limit.kind == kind), None)
 
-    def gradient(self, pair: Pair, by: str, way: str) -> KnownGradientLimit | None:
+    def gradient(self, pair: SceneMethod, by: str, way: str) -> KnownGradientLimit | None:
         """The known limit of the derivative by a parameter that a way computes, or None."""
         for limit in _matching(self.gradient_limits, *pair):
             if fits(by, limit.by) and fits(way, limit.ways):
@@ -90,7 +90,7 @@ def _matching(entries: Iterable[Entry], scene: str, method: str) -> Iterator[Ent
 def declared_by(engine: Engine) -> Limits:
     """The limits of an engine: those in its file, and those that its package declares in Python.
     Raises any exception that reading a file of another package raises."""
-    stored = read(engine.limits) if engine.limits else _ours(engine.name)
+    stored = read_limits(engine.limits) if engine.limits else _ours(engine.name)
     if not engine.known_limits and not engine.not_read:
         return stored
     never = tuple(NotRead("*", "*", (name,), why) for name, why in engine.not_read.items())
@@ -104,11 +104,11 @@ def declared_by(engine: Engine) -> Limits:
 @cache
 def _ours(name: str) -> Limits:
     file = FOLDER / f"{name}.toml"
-    return read(file) if file.is_file() else Limits()
+    return read_limits(file) if file.is_file() else Limits()
 
 
 @cache
-def read(file: Path) -> Limits:
+def read_limits(file: Path) -> Limits:
     """The limits in a TOML file, with the sizes in the table beside it if there is one. Raises
     OSError if the file cannot be read, and ValueError, TypeError or KeyError if it is no file of
     limits."""
@@ -124,15 +124,15 @@ def read(file: Path) -> Limits:
         not_read=not_read,
         **content,  # `loosely_known`: another name is a TypeError
     )
-    table = file.with_suffix(SIZES)
+    table = file.with_suffix(SIZES_SUFFIX)
     return with_sizes(declared, table.read_text("utf-8")) if table.is_file() else declared
 
 
 def with_sizes(declared: Limits, table: str) -> Limits:
     """The declared limits with the sizes of a table: its first line holds the versions that all
     sizes were measured with, each other line the sizes of a scene with a method, as JSON."""
-    sizes: dict[Pair, Size] = {}
-    solvers: dict[Pair, Mapping[float, float]] = {}
+    sizes: dict[SceneMethod, Size] = {}
+    solvers: dict[SceneMethod, Mapping[float, float]] = {}
     first, *lines = table.splitlines()
     for line in lines:
         values = json.loads(line)

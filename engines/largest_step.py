@@ -7,10 +7,10 @@ from plumbob.analytic.bisection import Holds, bisected
 COARSER = 4  # factor by which each stride of a search is wider than the last
 # Distances below the largest exponent that holds at which smaller steps must hold, too: steps of
 # 0.95, 0.78, 0.5 and 0.25 of a limit. If a search looks only at multiples of a number, all
-# multiples within NEAR must hold: a motion that becomes chaotic has steps that fail below steps
-# that hold.
-BELOW = (5, 25, 70, 140)
-NEAR = 25
+# multiples within EXPONENTS_NEAR_LIMIT must hold: a motion that becomes chaotic has steps that fail
+# below steps that hold.
+DROPS_BELOW_LIMIT = (5, 25, 70, 140)
+EXPONENTS_NEAR_LIMIT = 25
 
 
 def bracket(
@@ -24,9 +24,9 @@ def bracket(
     if held is None:
         return None, failed
     held, failed = _narrow_bracket(holds, held, failed, every)
-    below = {(held - drop) // every * every for drop in BELOW}
+    below = {(held - drop) // every * every for drop in DROPS_BELOW_LIMIT}
     if every > 1:
-        below |= set(range(held - NEAR // every * every, held, every))
+        below |= set(range(held - EXPONENTS_NEAR_LIMIT // every * every, held, every))
     for lower in sorted(below, reverse=True):
         if lower >= low and not holds(lower):
             return bracket(holds, lower, low, lower, every)

@@ -14,7 +14,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import FailureKind
 from plumbob.engines.trajectory import Stepping as Stepping
-from plumbob.engines.trajectory import Timed, Trajectory
+from plumbob.engines.trajectory import TimedSimulation, Trajectory
 from plumbob.models.registry import added_system, find_system
 from plumbob.models.scene import Case, Scene
 
@@ -25,15 +25,15 @@ Options = Mapping[str, Any]  # an engine's own names of settings, and their valu
 USER_METHOD = "mujoco/mine"  # name of the method that is read from a user's model file
 
 # [s] allowed time steps: the stiffness of contacts goes as the step to the power of -2
-SHORTEST, LONGEST = 1e-9, 1e3
+SHORTEST_TIME_STEP, LONGEST_TIME_STEP = 1e-9, 1e3
 
 
 def time_step(name: str, step: float, model: str = "") -> float:
     """Returns a time step [s] if settings can be made for it. Raises ParameterError otherwise, with
     the `name` of the argument; the step is the argument itself, or the step of a `model` file that
     the argument names."""
-    if not SHORTEST <= step <= LONGEST:
-        allowed = f"from {SHORTEST:g} to {LONGEST:g} s"
+    if not SHORTEST_TIME_STEP <= step <= LONGEST_TIME_STEP:
+        allowed = f"from {SHORTEST_TIME_STEP:g} to {LONGEST_TIME_STEP:g} s"
         if model:
             raise ParameterError(
                 name, model, f"a model with a time step {allowed}, not {step:g}"
@@ -97,7 +97,7 @@ def meant(method: Method, scene: Scene) -> bool:
     return (scene.kind or find_system(scene.system).kind) in method.kinds
 
 
-class Simulation(Timed, Protocol):
+class Simulation(TimedSimulation, Protocol):
     """A scene compiled for one method and step, ready to be run any number of times."""
 
     def run(self) -> Trajectory:

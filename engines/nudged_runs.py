@@ -14,15 +14,15 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.step_jacobian import check_time
 from plumbob.engines.stepper import Stepper
-from plumbob.engines.tangent_space import TangentSpace, numbers_of
+from plumbob.engines.tangent_space import TangentSpace, state_row
 from plumbob.models.border import Refused, border
 
 # Size of a nudge [m, rad, ...] in a random direction. An unstable contact chatters: the growth of a
 # nudge ends when the contact opens, at some 1e-5 m, which must be more than a thousandfold growth.
-NUDGE = 1e-9
+STATE_NUDGE = 1e-9
 # Largest magnitude of a state [m, rad, m/s, ...] at which doubles resolve a nudge. Some engines
 # keep velocities within bounds and never report that a run diverges.
-LARGEST = NUDGE / np.finfo(float).eps
+LARGEST_NUDGED_NUMBER = STATE_NUDGE / np.finfo(float).eps
 LAST = 10  # the last steps of a run are its last part of so many
 
 
@@ -46,10 +46,10 @@ class NudgedRuns:
                 for number in range(len(controls)):
                     check_time(self.ends)
                     stepper.advance(controls[number : number + 1], 1)
-                    states[number] = numbers_of(stepper.state())
+                    states[number] = state_row(stepper.state())
         except Refused:
             return None
-        return states if np.abs(states).max(initial=0.0) < LARGEST else None
+        return states if np.abs(states).max(initial=0.0) < LARGEST_NUDGED_NUMBER else None
 
     def growth(self, start: Array, controls: Array) -> float:
         """Returns the largest ratio of the difference of the positions of two runs to the nudge of
@@ -57,7 +57,7 @@ class NudgedRuns:
         change = np.random.default_rng(0).standard_normal(
             self.space.differences(start, start).size
         )
-        change *= NUDGE / np.abs(change).max()
+        change *= STATE_NUDGE / np.abs(change).max()
         states = self.states(start, controls)
         if states is None:
             return math.inf
@@ -65,7 +65,7 @@ class NudgedRuns:
         if nudged is None:
             return math.inf
         changes = self.space.differences(states, nudged)[:, : self.space.velocities]
-        return float(np.abs(changes).max()) / NUDGE
+        return float(np.abs(changes).max()) / STATE_NUDGE
 
     def last_velocity(self, start: Array, controls: Array) -> float:
         """Returns the largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of a

@@ -36,7 +36,7 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Slide:
+class SlideToRest:
     """The motion of a body that was given a velocity, up to its rest."""
 
     along: float  # displacement of the centre of mass along the initial velocity [m]
@@ -52,7 +52,9 @@ class Floor(Protocol):
     feet: tuple[str, ...]
     points: Array
 
-    def slide(self, heading: float, speed: float, spin: float, duration: float) -> Slide: ...
+    def slide(
+        self, heading: float, speed: float, spin: float, duration: float
+    ) -> SlideToRest: ...
     def drift(self, heading: float, acceleration: float, duration: float) -> float: ...
 
 

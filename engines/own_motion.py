@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.peer_model import Layout, Terms
 from plumbob.engines.stepper import Stepper
-from plumbob.engines.trajectory import Timed
+from plumbob.engines.trajectory import TimedSimulation
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Start:
 AS_IT_STANDS = Start()
 # Relative rounding of a number of periods: 0.3 s has 3 periods of 0.1 s, even if 0.3/0.1 is rounded
 # up
-ROUNDING = 1e-9
+PERIOD_ROUNDING = 1e-9
 OUT_OF_TIME = "the time given for it ended"
 # From time [s], qpos and qvel, or from an observation, to a number for each actuator
 Policy = Callable[..., Any]
@@ -195,7 +195,7 @@ class OwnModel(Protocol):
     ) -> Stepped: ...
     def timed(
         self, script: Script, states: Array, integrator: str, parts: int, steps: int
-    ) -> Timed: ...
+    ) -> TimedSimulation: ...
     def recorded(self, policy: Policy, period: float, duration: float) -> Array: ...
     def changes(self, script: Script) -> tuple[Change, ...]: ...
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]: ...
@@ -211,7 +211,7 @@ class OwnModel(Protocol):
 
 def periods(duration: float, period: float) -> int:
     """Returns the number of periods [s] that reach the end of a duration [s], at least one."""
-    return max(1, math.ceil(duration / period * (1.0 - ROUNDING)))
+    return max(1, math.ceil(duration / period * (1.0 - PERIOD_ROUNDING)))
 
 
 class NotCertifiable(Exception):

@@ -24,15 +24,18 @@ Terms = Mapping[str, Any]
 - "axes", if the engine's friction cone is a pyramid: the first axis of friction of each pair within
   its margin.
 """
-FREE, BALL = 6, 3  # numbers of velocities of a free joint and of a ball joint
+FREE_VELOCITIES, BALL_VELOCITIES = (
+    6,
+    3,
+)  # numbers of velocities of a free joint and of a ball joint
 
 
 @dataclass(frozen=True)
-class Joint:
+class ModelJoint:
     """A joint of MuJoCo's model, and the numbers at which its coordinates begin."""
 
     name: str
-    size: int  # degrees of freedom: 1, or FREE, or BALL
+    size: int  # degrees of freedom: 1, or FREE_VELOCITIES, or BALL_VELOCITIES
     position: int  # number of its first coordinate in qpos
     velocity: int  # number of its first velocity in qvel
     reference: Array  # coordinates at which the file draws it
@@ -42,7 +45,7 @@ class Joint:
 class Layout:
     """The names of a model's joints and actuators, in MuJoCo's order."""
 
-    joints: tuple[Joint, ...]
+    joints: tuple[ModelJoint, ...]
     actuators: tuple[str, ...]
     bodies: tuple[str, ...]  # bodies that can move
 
@@ -71,11 +74,11 @@ class PeerModel(Protocol):
         end."""
 
 
-class NotRead(Exception):
+class MechanismDiffers(Exception):
     """Raised if an engine makes a different mechanism of a file; the text is the reason."""
 
 
-class RefusedFile(NotRead):
+class RefusedFile(MechanismDiffers):
     """Raised if an engine refuses a file; the text is the engine's error in one line."""
 
 
@@ -88,7 +91,7 @@ def rotation(attitude: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Frame:
+class FreeJointFrame:
     """An engine's coordinates of a free joint. MuJoCo's velocity is the linear velocity in the
     world, then the angular velocity in the body."""
 
@@ -120,7 +123,7 @@ class Frame:
     def turning(self, attitude: Array, v: Array) -> Array:
         """The rate of the matrix T of `jacobian`, times MuJoCo's velocity, shape (6,). If it is not
         zero, the engine's linear velocity stands first."""
-        out = np.zeros(FREE)
+        out = np.zeros(FREE_VELOCITIES)
         spin = v[3:]
         if self.linear_in_body:
             out[:3] = -np.cross(spin, v[:3])
@@ -145,7 +148,7 @@ class EngineModel(Protocol):
 
 class Translated:
     """A `PeerModel` of an `EngineModel`: translates coordinates of hinges and slides by the names
-    of joints, and coordinates of free joints by a `Frame`."""
+    of joints, and coordinates of free joints by a `FreeJointFrame`."""
 
     integrator = "euler"  # semi-implicit
 
@@ -154,7 +157,7 @@ class Translated:
         engine: EngineModel,
         layout: Layout,
         hinges: Sequence[tuple[str, tuple[int, int]]],
-        free: Sequence[tuple[int, int, Frame]] = (),
+        free: Sequence[tuple[int, int, FreeJointFrame]] = (),
         displaced: bool = False,
     ) -> None:
         """`hinges` are the hinges and slides in the order of the file: the name of each joint, and
@@ -165,12 +168,12 @@ class Translated:
         self.engine = engine
         joints = layout.joints
         self.velocity = layout.velocity
-        if any(joint.size == BALL for joint in joints):
-            raise NotRead("ball joints are not compared")
-        counts = len(hinges) + FREE * len(free), sum(joint.size for joint in joints)
+        if any(joint.size == BALL_VELOCITIES for joint in joints):
+            raise MechanismDiffers("ball joints are not compared")
+        counts = len(hinges) + FREE_VELOCITIES * len(free), sum(joint.size for joint in joints)
         scalar = [joint for joint in joints if joint.size == 1]
         if counts[0] != counts[1] or len(scalar) != len(hinges):
-            raise NotRead(f"it has {counts[0]} of {counts[1]} degrees of freedom")
+            raise MechanismDiffers(f"it has {counts[0]} of {counts[1]} degrees of freedom")
         places = dict(hinges)
         known = {joint.name for joint in scalar} == set(places)
         theirs = [
@@ -183,7 +186,7 @@ class Translated:
         ]
         self.hinges = np.array(rows, dtype=int).reshape(-1, 4).T
         self.drawn = displaced * np.array([joint.reference[0] for joint in scalar])
-        floating = (joint for joint in joints if joint.size == FREE)
+        floating = (joint for joint in joints if joint.size == FREE_VELOCITIES)
         self.free = [(joint, *at) for joint, at in zip(floating, free, strict=True)]
         self._jacobian = np.eye(counts[1])
 
@@ -198,7 +201,7 @@ class Translated:
         terms = self.engine.terms(q, v, control)
         turning = np.zeros(len(v))
         for joint, _, at, frame in self.free:
-            at_v = slice(at, at + FREE)
+            at_v = slice(at, at + FREE_VELOCITIES)
             turning[at_v] = frame.turning(_attitude(joint, state), v[at_v])
         terms["bias"] = terms["bias"] + terms["mass matrix"] @ turning
         terms["mass matrix"] = self._jacobian.T @ terms["mass matrix"] @ self._jacobian
@@ -235,13 +238,13 @@ class Translated:
         out = np.zeros_like(self._jacobian)
         out[self.hinges[3], self.hinges[1]] = 1.0
         for joint, _, at, frame in self.free:
-            rows = slice(at, at + FREE)
-            columns = slice(joint.velocity, joint.velocity + FREE)
+            rows = slice(at, at + FREE_VELOCITIES)
+            columns = slice(joint.velocity, joint.velocity + FREE_VELOCITIES)
             out[rows, columns] = frame.jacobian(_attitude(joint, qpos))
         return out
 
 
-def _attitude(joint: Joint, qpos: Array) -> Array:
+def _attitude(joint: ModelJoint, qpos: Array) -> Array:
     """The normalised quaternion of a free joint [w, x, y, z]."""
     attitude = qpos[joint.position + 3 : joint.position + 7]
     return np.asarray(attitude / np.linalg.norm(attitude))

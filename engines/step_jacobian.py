@@ -12,12 +12,12 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.method import Unsupported
 from plumbob.engines.own_motion import OUT_OF_TIME, NotCertifiable
 from plumbob.engines.stepper import Stepper
-from plumbob.engines.tangent_space import TangentSpace, numbers_of
+from plumbob.engines.tangent_space import TangentSpace, state_row
 from plumbob.models.border import Refused, border
 
 # A later difference of a Jacobian takes at least a tenth of the time of the first.
 FASTER = 10.0
-AT_REST = 1e-9  # [m, rad, m/s, ...] largest change of a state at rest in a step
+RESTING_STATE_CHANGE = 1e-9  # [m, rad, m/s, ...] largest change of a state at rest in a step
 DIFFERENCE = 1e-7  # [m, rad, ...] difference of the Jacobians that find a state at rest
 # Stiffness, relative to the stiffest direction, below which a direction has no place of rest
 NEUTRAL = 1e-7
@@ -39,7 +39,7 @@ def state_after_step(
         with border(Refused, Unsupported, ParameterError, NotCertifiable):
             stepper.put(space.state_of(state))
             stepper.advance(control[None], 1)
-            return numbers_of(stepper.state())
+            return state_row(stepper.state())
     except Refused:
         return np.full(state.size, math.nan)
 
@@ -88,7 +88,7 @@ def state_at_rest(
         size = float(np.abs(moved).max())
         if not size < before:
             return None
-        if size < AT_REST:
+        if size < RESTING_STATE_CHANGE:
             return state
         step = step_jacobian(stepper, space, state, control, DIFFERENCE, ends=ends)
         free = np.eye(len(step)) - step

@@ -77,7 +77,7 @@ def tangent_space(mechanism: Mechanism) -> TangentSpace:
     return TangentSpace(tuple(len(joint.damping) for joint in mechanism.joints))
 
 
-def numbers_of(state: State) -> Array:
+def state_row(state: State) -> Array:
     """Returns the numbers of a state in one row."""
     return np.concatenate([state.qpos, state.qvel, state.act])
 

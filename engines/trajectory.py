@@ -36,7 +36,7 @@ class Stepping:
     seconds: float  # processor time of this thread
 
 
-class Timed(Protocol):
+class TimedSimulation(Protocol):
     """A simulation whose steps can be timed without reading state."""
 
     @property

@@ -45,8 +45,8 @@ TICK = 0.2  # [s] time between two looks at the clock
 # hangs. A task that computes on a core with fifteen other processes uses six times as much.
 IDLE = 0.01
 # If the system does not tell the processor time, a task hangs after so many limits of wall time.
-FAR = 20.0
-MOST = 1e8  # [s] longest time that a timer accepts
+WALL_TIME_FACTOR = 20.0
+LONGEST_TIMER = 1e8  # [s] longest time that a timer accepts
 AHEAD = 3  # tasks that each worker of a cluster has at a time
 OUT_OF_MEMORY = "out of memory"
 
@@ -115,7 +115,7 @@ class _Worker:
         seconds = time.monotonic() - since
         allowed = LOADING
         if self.ready.done():
-            allowed = FAR * limit
+            allowed = WALL_TIME_FACTOR * limit
             used = _processor_time(self.process.pid)
             if used is not None and before is not None:
                 allowed = max(limit, (used - before) / IDLE)
@@ -321,7 +321,7 @@ def _end_after(seconds: float) -> None:
     """Has the system end this process when it has used so many more `seconds` of processor time,
     even within a call of a library that does not return. 0 stops the timer."""
     if hasattr(signal, "ITIMER_PROF"):  # not on Windows
-        signal.setitimer(signal.ITIMER_PROF, min(seconds, MOST))
+        signal.setitimer(signal.ITIMER_PROF, min(seconds, LONGEST_TIMER))
 
 
 def _outcome(

@@ -10,7 +10,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.schemes import CLOSED_FORM, Scheme
 from plumbob.engines.adapters.stepping import Followed, FollowedSimulation, no_error
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
-from plumbob.engines.sampling import SAMPLES
+from plumbob.engines.sampling import MAX_SAMPLES
 from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, Case
 
 # ULP is the finest representable tolerance.
@@ -31,10 +31,10 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         raise Unsupported(f"{case.scene.name} has no closed form")
 
     def follow(duration: float, samples: int) -> Followed:
-        times = np.linspace(0.0, duration, SAMPLES + 1)
+        times = np.linspace(0.0, duration, MAX_SAMPLES + 1)
         return Followed(times, reference.observe(times), len(times))
 
-    follow(case.scene.duration, SAMPLES)
+    follow(case.scene.duration, MAX_SAMPLES)
     seconds = time.perf_counter() - begin
     return FollowedSimulation(follow, lambda observed: observed, case.scene.duration, seconds)
 

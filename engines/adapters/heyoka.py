@@ -30,7 +30,7 @@ from plumbob.engines.adapters.stepping import (
     relative_tolerance,
 )
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
-from plumbob.engines.sampling import SAMPLES
+from plumbob.engines.sampling import MAX_SAMPLES
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
 
 SMALLEST = ULP
@@ -75,7 +75,7 @@ def _follow(
 ) -> Followed:
     """Integrates from the start over a duration [s]."""
     integrator.time, integrator.state[:] = 0.0, start
-    times = np.linspace(0.0, duration, SAMPLES + 1)
+    times = np.linspace(0.0, duration, MAX_SAMPLES + 1)
     outcome, _, _, steps, *_, states = integrator.propagate_grid(times)
     good = np.isfinite(states).all(axis=1)
     ended = "time_limit" in str(outcome) and bool(good.all())

@@ -59,7 +59,7 @@ class SteppedSimulation:
     compile_seconds: float
     broken: tuple[type[Exception], ...] = OVERFLOW
     """The engine's exceptions if its numbers are no longer finite."""
-    samples: int = sampling.SAMPLES  # largest number of samples
+    samples: int = sampling.MAX_SAMPLES  # largest number of samples
     clock: Callable[[], float] = thread_time  # [s] clock for the cost of steps
 
     @DIVERGING
@@ -99,7 +99,7 @@ class SteppedSimulation:
     def stepped(self, fraction: float) -> Stepping:
         """Takes the steps of the first `fraction` of the duration, and reads no state."""
         built = self.build()
-        steps = sampling.first_steps(self.steps, fraction)
+        steps = sampling.first_step_count(self.steps, fraction)
         begin = self.clock()
         try:
             built.advance(0, steps)
@@ -130,7 +130,7 @@ class FollowedSimulation:
     duration: float  # [s]
     compile_seconds: float = 0.0
     limits: ByName = field(default_factory=dict)
-    samples: int = sampling.SAMPLES
+    samples: int = sampling.MAX_SAMPLES
 
     def run(self) -> Trajectory:
         """Runs from the start to the end, or until the run diverges or the solver gives up."""

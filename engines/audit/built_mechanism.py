@@ -17,8 +17,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms
 from plumbob.engines.audit.user_models import quiet
 from plumbob.engines.derivative_ways import (
-    NUDGE,
-    TOUCHING,
+    STEP_NUDGE,
+    TOUCHING_NUDGE,
     RunDerivatives,
     derivatives_of_steps,
     product_by_start_and_controls,
@@ -26,7 +26,7 @@ from plumbob.engines.derivative_ways import (
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.own_motion import (
-    ROUNDING,
+    PERIOD_ROUNDING,
     Change,
     NotCertifiable,
     OwnModel,
@@ -40,7 +40,7 @@ from plumbob.engines.stepper import (
     Stepper,
     TellsStepDerivatives,
 )
-from plumbob.engines.tangent_space import numbers_of, tangent_space
+from plumbob.engines.tangent_space import state_row, tangent_space
 from plumbob.models.border import border
 
 FOR_PRODUCT = 0.5  # largest fraction of the time for the product of the derivatives of steps
@@ -99,7 +99,7 @@ class ScriptRuns:
                 why = f"diverged within {end_of_period}"
                 with suppress(Diverged):
                     self.stepper.advance(np.tile(control, (self.parts, 1)), self.parts)
-                    numbers = numbers_of(self.stepper.state())
+                    numbers = state_row(self.stepper.state())
                     states[k + 1] = np.concatenate([numbers, script.start[numbers.size :]])
                 if not np.isfinite(states[k + 1]).all():
                     break
@@ -125,7 +125,7 @@ class ScriptRuns:
                 tangent_space(mechanism),
                 script.start,
                 controls,
-                TOUCHING if mechanism.touching else NUDGE,
+                TOUCHING_NUDGE if mechanism.touching else STEP_NUDGE,
                 time.process_time() + FOR_PRODUCT * self.seconds,
             )
         kinds = self.model.names
@@ -160,7 +160,7 @@ def script_scene(model: OwnModel, script: Script) -> SceneMechanism:
     """Returns the mechanism of a model with the start and the controls of a motion."""
 
     def controls(times: Array) -> Array:
-        period = np.floor(times / script.period * (1.0 + ROUNDING)).astype(int)
+        period = np.floor(times / script.period * (1.0 + PERIOD_ROUNDING)).astype(int)
         return np.asarray(script.controls[np.minimum(period, len(script.controls) - 1)])
 
     start = _stepper_state(script.start, model)

@@ -16,7 +16,7 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
 from plumbob.analytic.systems.three_points.friction import InitialVelocities, three_point_motion
 from plumbob.engines.audit.moving_joints import FreeSlide, free_slide
-from plumbob.engines.own_contacts import ContactModel, Slide, Standing
+from plumbob.engines.own_contacts import ContactModel, SlideToRest, Standing
 from plumbob.engines.own_motion import NotCertifiable
 
 SPEED = 0.5  # [m/s]
@@ -38,7 +38,7 @@ class ContactRun:
     step: float  # [s]
     distances: Array  # along each heading [m]; NaN if the body does not stop
     turned: float  # [rad] largest turn about the vertical in slides that begin without a turn
-    turning: Slide | None  # the slide that begins with a turn
+    turning: SlideToRest | None  # the slide that begins with a turn
     # [m/s] largest of all headings under the push; None unless at the own step
     drift: float | None
     tilts: Array  # by heading: displacements by the tilt, in deflections of one contact

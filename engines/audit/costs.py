@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.study.cost import Cost, TimedSteps, in_turns
-from plumbob.engines.trajectory import Timed
+from plumbob.engines.trajectory import TimedSimulation
 
 PIECE = 5e-3  # [s] approximate processor time of one timed piece
 PLACES = 8  # least number of places of a motion that are timed, if it has as many periods
@@ -47,7 +47,7 @@ def ratio(cost: Cost, other: Cost, steps: float = 1.0) -> Ratio:
 
 def timed_periods(
     model: OwnModel, script: Script, states: Array, integrator: str, parts: int, seconds: float
-) -> Timed:
+) -> TimedSimulation:
     """Returns steps to be timed: about `PIECE` [s] of the motion with known `states`, shape (n,
     ...), at `parts` steps in a control period. A shorter motion is repeated; in a longer motion the
     steps are the beginnings of periods spread over it. `seconds` is the time of the whole
@@ -65,7 +65,7 @@ def timed_periods(
     return model.timed(timed_script, starts, integrator, parts, steps)
 
 
-def costs_in_turns(timed: Sequence[Timed]) -> tuple[Cost, ...]:
+def costs_in_turns(timed: Sequence[TimedSimulation]) -> tuple[Cost, ...]:
     """Returns the cost of a step of each of the timed runs."""
     pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(timed)}
     return tuple(in_turns(pieces, TURNS)[0].values())

@@ -37,7 +37,7 @@ from plumbob.engines.audit.term_differences import (
 )
 from plumbob.engines.method import Engine, Unsupported
 from plumbob.engines.own_motion import OwnModel, Script
-from plumbob.engines.peer_model import NotRead, PeerModel, RefusedFile
+from plumbob.engines.peer_model import MechanismDiffers, PeerModel, RefusedFile
 from plumbob.engines.registry import engines, find_engine, installed
 from plumbob.engines.study.provenance import version_of
 from plumbob.engines.workers import Lost, Task, Workers
@@ -185,7 +185,7 @@ def engine_error(name: str, motion: ReferenceMotion) -> EngineError:
             return file_error(engine, motion)
     except RefusedFile as error:
         refused = f"it refuses the file: {error}"
-    except NotRead as why:
+    except MechanismDiffers as why:
         refused = str(why)
     with captured():
         return _with_built_error(EngineError(name, version_of(engine), refused), engine, motion)

@@ -29,8 +29,8 @@ from plumbob.engines.audit.reference import TIGHT, Certificate, integration
 from plumbob.engines.audit.step_of_method import MUJOCO, builder_of, in_own_process
 from plumbob.engines.derivative_ways import (
     CENTRAL,
-    DIFFERENCES,
-    NUDGE,
+    DIFFERENCE_WAYS,
+    STEP_NUDGE,
     RunDerivatives,
     steadiest_difference,
 )
@@ -357,7 +357,7 @@ def derivatives_of_run(
     )
     differences = (
         steadiest_difference(way, states, numbers, model.coordinates, SWEEP, shape)
-        for way in DIFFERENCES.values()
+        for way in DIFFERENCE_WAYS.values()
     )
     return (runs.product(script), *engines_own, *differences)
 
@@ -375,11 +375,11 @@ def _engines_own_derivatives(
     for number in np.flatnonzero(known).tolist():
         scenes = [
             script_scene(model, _shifted_script(model, script, number, shift))
-            for shift in (-NUDGE, 0.0, NUDGE)
+            for shift in (-STEP_NUDGE, 0.0, STEP_NUDGE)
         ]
         try:
             computed[-1, :, number] = own.of_mechanisms(
-                scenes, 2.0 * NUDGE, method, model.step, script.duration
+                scenes, 2.0 * STEP_NUDGE, method, model.step, script.duration
             ).by_qpos
         except Unsupported as reason:
             reasons[names[number]] = str(reason)

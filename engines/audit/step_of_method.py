@@ -28,7 +28,7 @@ from plumbob.engines.audit.step_errors import (
     with_costs,
 )
 from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.own_motion import ROUNDING, OwnModel, Script
+from plumbob.engines.own_motion import PERIOD_ROUNDING, OwnModel, Script
 from plumbob.engines.registry import engine_of, engines
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
@@ -46,7 +46,7 @@ def parts_of(script: Script, step: float) -> int:
     what = f"a whole fraction of the control period of {script.period:g} s"
     if parts > MOST:
         raise ParameterError("step", step, f"{what}, at most {MOST} steps of it")
-    if not parts or abs(parts * step / script.period - 1.0) > ROUNDING:
+    if not parts or abs(parts * step / script.period - 1.0) > PERIOD_ROUNDING:
         near = script.period / max(1, parts)
         raise ParameterError("step", step, f"{what}, such as {near:.9g}")
     return parts

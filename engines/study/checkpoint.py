@@ -42,7 +42,7 @@ class Checkpoint:
 
     def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
         """The results with these keys that are stored, without those that were given up."""
-        found = store.results(self._store, self.number, keys, TaskResult)
+        found = store.stored_results(self._store, self.number, keys, TaskResult)
         return {key: result for key, result in found.items() if not result.lost}
 
     def keep(self, results: Mapping[str, TaskResult]) -> None:

@@ -19,7 +19,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.models.border import shortened
 
-T = TypeVar("T")
+StoredItem = TypeVar("StoredItem")
 DOUBLES = np.dtype("<f8")
 # The name by which each class of answers and requests is stored, and the place of that class below
 # plumbob.engines. A name never changes; if a class moves, its place changes here. Older studies
@@ -47,7 +47,7 @@ KINDS = MappingProxyType(
     }
 )
 ENGINES = "plumbob.engines."
-APART = override(omit=True)  # leaves out a field that is stored in another way
+STORED_SEPARATELY = override(omit=True)  # leaves out a field that is stored in another way
 
 
 def to_json(item: Any) -> str:
@@ -61,7 +61,7 @@ def unstructured(item: Any) -> Any:
     return _converter().unstructure(item)
 
 
-def from_json(text: str, kind: type[T]) -> T:
+def from_json(text: str, kind: type[StoredItem]) -> StoredItem:
     """The item of this kind whose text `to_json` wrote; raises ValueError if the text is not
     one."""
     try:
@@ -71,7 +71,7 @@ def from_json(text: str, kind: type[T]) -> T:
     return restored(values, kind)
 
 
-def restored(values: Any, kind: type[T]) -> T:
+def restored(values: Any, kind: type[StoredItem]) -> StoredItem:
     """The item of this kind with these JSON values; raises ValueError if they do not fit."""
     try:
         return _converter().structure(values, kind)
@@ -98,7 +98,9 @@ def _converter() -> cattrs.Converter:
         made.register_structure_hook(kind, _as_declared)
     made.register_unstructure_hook_func(_is_array, _packed)
     made.register_structure_hook_func(_is_array, lambda value, _: _unpacked(value))
-    apart: dict[str, Any] = dict.fromkeys(("convergence", "costs", "extras", "analyses"), APART)
+    apart: dict[str, Any] = dict.fromkeys(
+        ("convergence", "costs", "extras", "analyses"), STORED_SEPARATELY
+    )
     made.register_unstructure_hook(Study, make_dict_unstructure_fn(Study, made, **apart))
     made.register_structure_hook(Study, make_dict_structure_fn(Study, made, **apart))
 
@@ -110,7 +112,7 @@ def _converter() -> cattrs.Converter:
 
     def of_kinds(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
         names = held["kinds"].items()
-        parts = {part: made.structure(held[part], named(name)) for part, name in names}
+        parts = {part: made.structure(held[part], stored_class(name)) for part, name in names}
         texts: dict[str, Any] = {
             name: made.structure(held[name], str) for name in ("scene", "label", "lost")
         }
@@ -124,7 +126,7 @@ def _converter() -> cattrs.Converter:
     return made
 
 
-def _as_declared(value: Any, kind: type[T]) -> T:
+def _as_declared(value: Any, kind: type[StoredItem]) -> StoredItem:
     """Returns the value if it is of this kind; raises TypeError otherwise."""
     if type(value) is not kind:
         raise TypeError(f"{shortened(repr(value))} is no {kind.__name__}")
@@ -137,7 +139,7 @@ def _name(kind: type[Any]) -> str:
     return names[f"{kind.__module__}.{kind.__name__}".removeprefix(ENGINES)]
 
 
-def named(name: str) -> type[Any]:
+def stored_class(name: str) -> type[Any]:
     """The class that is stored under this name, whose module is imported."""
     module, _, own = KINDS[name.rpartition(".")[2]].rpartition(".")
     kind: type[Any] = getattr(import_module(ENGINES + module), own)

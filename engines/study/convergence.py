@@ -127,7 +127,7 @@ def _measured(
             continue
         if not dense and unpredicted((measurement,), method):
             dense = True
-            waiting += between(chosen, case.scene.duration, own_steps(method))
+            waiting += steps_between(chosen, case.scene.duration, own_steps(method))
             waiting = sorted(set(waiting) - {m.step for m in measurements}, reverse=True)
         assert run is not None
         error = measurement.errors.get(leading)
@@ -191,7 +191,7 @@ def steps_beside(scene: Scene, method: Method, most_steps: float) -> tuple[float
     return (REFERENCE_STEP,) if fits else ()
 
 
-def between(steps: tuple[float, ...], duration: float, own: bool) -> tuple[float, ...]:
+def steps_between(steps: tuple[float, ...], duration: float, own: bool) -> tuple[float, ...]:
     """Incommensurate steps [s], PER_OCTAVE an octave, down to the finest of `steps`: over at least
     OCTAVES octaves, as long as `duration` [s] has eight steps. If the method brings its `own`
     steps, the octaves of these steps alone."""

@@ -19,32 +19,32 @@ from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.processor_time import processor_time
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.trajectory import Timed
+from plumbob.engines.trajectory import TimedSimulation
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
 Key = tuple[str, str]  # names of a scene and a method
 Name = TypeVar("Name", bound=Hashable)
-LEAST = 200  # smallest number of steps that are timed
+MIN_TIMED_STEPS = 200  # smallest number of steps that are timed
 ROUND = 0.2  # [s] approximate time of a batch
-BESIDE = 100  # number of reference steps before and after each timing
-# A piece is timed until ENOUGH ratios about the median differ by at most CLOSE. On a busy machine
-# costs then scatter by 2.1 per cent; they scatter by 1.8 per cent if all rounds are made.
-ENOUGH, CLOSE = 3, 0.08
+STEPS_BESIDE_TIMING = 100  # number of reference steps before and after each timing
+# A piece is timed until ENOUGH ratios about the median differ by at most RATIO_SCATTER. On a busy
+# machine costs then scatter by 2.1 per cent; they scatter by 1.8 per cent if all rounds are made.
+ENOUGH, RATIO_SCATTER = 3, 0.08
 PART = 0.01  # fraction of a scene's duration with which timing an adaptive solver begins
 EVALUATIONS = 300  # smallest number of evaluations: costs are then within a few per cent
 # The cost that an engine claims may differ by this factor, either way, from the cost that its runs
 # show. For plumbob's engines the ratio is 0.6 to 1.7, on a busy machine too.
 HONEST = 3.0
 LONG = 0.05  # [s] approximate processor time of a run that checks a claimed cost
-SHORT = 1e-4  # [s] a shorter difference of two runs is noise
+SHORTEST_TIME_DIFFERENCE = 1e-4  # [s] a shorter difference of two runs is noise
 
 
 @dataclass(frozen=True)
 class TimedSteps:
     """A simulation, and the first fraction of its duration that is timed."""
 
-    simulation: Timed
+    simulation: TimedSimulation
     fraction: float
     least: int = 1  # smallest number of steps or evaluations that a timing must have
 
@@ -122,7 +122,7 @@ def in_turns(
     divided by the time of the reference steps before and after it, so that a slow spell of the
     machine has no effect. A piece is made longer until it takes about half of `budget` [s]."""
     ready = dict(pieces)
-    rule = reference_step(BESIDE)
+    rule = reference_step(STEPS_BESIDE_TIMING)
     ratios: dict[Name, list[float]] = {key: [] for key in ready}
     rules = [rule()]
     for _ in range(repeats):
@@ -197,7 +197,9 @@ def first_steps(case: Case, method: Method, step: float) -> TimedSteps:
     simulation = engine_of(method).prepare(case, method, step)
     if method.control == "tolerance":
         return TimedSteps(simulation, PART, EVALUATIONS)
-    return TimedSteps(simulation, min(1.0, LEAST * step / case.scene.duration), LEAST)
+    return TimedSteps(
+        simulation, min(1.0, MIN_TIMED_STEPS * step / case.scene.duration), MIN_TIMED_STEPS
+    )
 
 
 def false_cost(case: Case, method: Method, step: float) -> str:
@@ -206,12 +208,17 @@ def false_cost(case: Case, method: Method, step: float) -> str:
     steps of a run are too cheap beside its set-up to tell. Raises Unsupported."""
     timed = partial(_run_and_claim, case, method, step)
     fraction = first_steps(case, method, step).fraction
-    fraction = min(1.0, fraction * max(2.0, 2.0 * LONG / max(SHORT, timed(fraction)[0])))
+    fraction = min(
+        1.0, fraction * max(2.0, 2.0 * LONG / max(SHORTEST_TIME_DIFFERENCE, timed(fraction)[0]))
+    )
     # Set-up takes the same time in both lengths: their difference has none of it.
     rounds = [[timed(fraction), timed(0.5 * fraction)] for _ in range(ENOUGH)]
     long, half = np.min(rounds, axis=0)
     seconds, steps, claimed_seconds, claimed_steps = long - half
-    if seconds < max(0.1 * long[0], SHORT) or min(steps, claimed_steps) <= 0.0:
+    if (
+        seconds < max(0.1 * long[0], SHORTEST_TIME_DIFFERENCE)
+        or min(steps, claimed_steps) <= 0.0
+    ):
         return ""
     claimed = 1e9 * claimed_seconds / claimed_steps
     shown = 1e9 * seconds / steps
@@ -244,13 +251,13 @@ def held_to_cost(case: Case, method: Method, run: Measurement) -> Measurement:
 
 
 def _agree(values: Sequence[float]) -> bool:
-    """Whether ENOUGH of the values, the median among them, are within CLOSE of each other: another
-    value would tell nothing new."""
+    """Whether ENOUGH of the values, the median among them, are within RATIO_SCATTER of each other:
+    another value would tell nothing new."""
     ordered = sorted(values)
     middle = (len(values) - 1) / 2
     return any(
         first <= middle <= first + ENOUGH - 1
-        and ordered[first + ENOUGH - 1] <= (1.0 + CLOSE) * ordered[first]
+        and ordered[first + ENOUGH - 1] <= (1.0 + RATIO_SCATTER) * ordered[first]
         for first in range(len(ordered) - ENOUGH + 1)
     )
 

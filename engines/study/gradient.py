@@ -27,7 +27,12 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.analytic.theory import reaches
 from plumbob.engines.abilities import OwnDerivative, SecondRun
-from plumbob.engines.derivative_ways import CENTRAL, DIFFERENCES, LEAST, DifferenceWay
+from plumbob.engines.derivative_ways import (
+    CENTRAL,
+    DIFFERENCE_WAYS,
+    MIN_DIFFERENCES,
+    DifferenceWay,
+)
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.registry import engine_of, engines
 from plumbob.engines.study.measurement import ObservedError, confirming, measure, scheme_of
@@ -40,24 +45,24 @@ if TYPE_CHECKING:  # loading a stored derivative must not import the exact motio
     from plumbob.engines.abilities import Derivatives
     from plumbob.models.gradient import Number
 
-SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 11))
+DIFFERENCE_DISTANCES = tuple(float(f"1e-{digit}") for digit in range(2, 11))
 """Differences that are tried, relative to the parameter, or to its unit if the parameter is 0."""
-NEAR = 1e-5  # difference for the derivative of a predicted error, likewise relative
-FINER = 10.0  # least factor by which differences of an engine's own way are smaller
+PREDICTION_STEP = 1e-5  # difference for the derivative of a predicted error, likewise relative
+CONTROL_FACTOR = 10.0  # least factor by which differences of an engine's own way are smaller
 # Calibrated: the bound on a model's error changes as the power 4 of a parameter at most.
 POWER = 4.0
 # Relative spacing and number of the runs that measure rounding noise, and the order of the
 # differences of their ends. Third differences remove the smooth part (More and Wild 2011, SIAM J.
 # Sci. Comput. 33, 1292). If a solver takes one step more or less its error jumps, and the runs show
 # no rounding.
-FINE, BESIDE, SMOOTH = 1e-9, 8, 3
+NEIGHBOUR_CHANGE, ROUNDING_NEIGHBOURS, SMOOTH_NEIGHBOURS = 1e-9, 8, 3
 # Calibrated by capsule-plan/beside-curve-31. If a support stops within a step, and the residual of
 # a solver with it, a model's error jumps from one parameter to the next by 2e-3 of its bound.
 JUMP = 5e-3
 # Number of times at which the growth of derivatives is read, and the ratio of a derivative to its
 # observable from which the observable counts as zero.
-COURSE, LOST = 65, 1e6
-SHORTEST = 1e-6  # [s] shortest time of a run to which a cost is relative
+COURSE, LOST_DERIVATIVE_GROWTH = 65, 1e6
+SHORTEST_RUN = 1e-6  # [s] shortest time of a run to which a cost is relative
 
 
 @dataclass(frozen=True)
@@ -277,24 +282,28 @@ class _Runs:
 
     def slope(self, field_name: str, name: str) -> float:
         """Returns the derivative of a field of the ends, such as the predicted error, by a
-        difference of size NEAR. All differences share this slope: if a theory takes the run's own
-        steps, the predicted error has the rounding of those steps, too. NaN if one of the two runs
-        is not possible."""
+        difference of size PREDICTION_STEP. All differences share this slope: if a theory takes the
+        run's own steps, the predicted error has the rounding of those steps, too. NaN if one of the
+        two runs is not possible."""
         low, high = self.read_at_shifts(
-            field_name, name, NEAR * np.array(CENTRAL.values(0.0, 1.0))
+            field_name, name, PREDICTION_STEP * np.array(CENTRAL.values(0.0, 1.0))
         )
-        return float(high - low) / (2.0 * NEAR * self.number.size)
+        return float(high - low) / (2.0 * PREDICTION_STEP * self.number.size)
 
     def noise(self, name: str) -> float:
         """Returns the standard deviation of the rounding of an end; 0 if there is no run."""
-        ends = self.read_at_shifts("value", name, FINE * np.arange(0.5, BESIDE))
-        scatter = np.nan_to_num(np.diff(ends, SMOOTH))
-        return float(np.sqrt(np.mean(scatter**2) / math.comb(2 * SMOOTH, SMOOTH)))
+        ends = self.read_at_shifts(
+            "value", name, NEIGHBOUR_CHANGE * np.arange(0.5, ROUNDING_NEIGHBOURS)
+        )
+        scatter = np.nan_to_num(np.diff(ends, SMOOTH_NEIGHBOURS))
+        return float(
+            np.sqrt(np.mean(scatter**2) / math.comb(2 * SMOOTH_NEIGHBOURS, SMOOTH_NEIGHBOURS))
+        )
 
     def steady(self, name: str) -> bool:
         """Whether a solver took the same number of steps in all runs near the number's value."""
         value = self.number.value
-        reach = 2.0 * NEAR * self.number.size
+        reach = 2.0 * PREDICTION_STEP * self.number.size
         neighbours = (ends for at, ends in self.ends.items() if abs(at - value) <= reach)
         return len({ends[name].steps for ends in neighbours}) == 1
 
@@ -303,14 +312,14 @@ class _Runs:
         the number's size away, without the part from its curvature. The predicted error jumps at a
         special motion, next to which another theory holds. It has a corner if a switch falls on the
         end of a step."""
-        shifts = np.array([eps, NEAR, 2.0 * NEAR])
+        shifts = np.array([eps, PREDICTION_STEP, 2.0 * PREDICTION_STEP])
         below, middle, above = (
             self.read_at_shifts("error", name, s * shifts) for s in (-1, 0, 1)
         )
         at_eps, at_near, at_twice_near = np.nan_to_num(
             (above - 2.0 * middle + below) / shifts / self.number.size
         )
-        return float(abs(at_eps - (at_twice_near - at_near) * eps / NEAR))
+        return float(abs(at_eps - (at_twice_near - at_near) * eps / PREDICTION_STEP))
 
 
 def _predicted_error(error: ObservedError) -> float:
@@ -336,7 +345,7 @@ def _rounding_bound(error: ObservedError, steps: int) -> float:
 def ways() -> tuple[str, ...]:
     """Returns the names of all ways: differences of runs, and the engines' own ways."""
     own = chain.from_iterable(e.abilities_of(OwnDerivative) for e in engines().values())
-    return (*DIFFERENCES, *sorted({ability.way for ability in own}))
+    return (*DIFFERENCE_WAYS, *sorted({ability.way for ability in own}))
 
 
 def usual_step(case: Case, method: Method) -> float:
@@ -355,7 +364,7 @@ def _gradients_by_number(
     engine = engine_of(method)
     value = number.value
     wanted = search.ways or (
-        *DIFFERENCES,
+        *DIFFERENCE_WAYS,
         *(own.way for own in engine.abilities_of(OwnDerivative)),
     )
     blank = [
@@ -379,9 +388,9 @@ def _gradients_by_number(
             continue
         with_exact = _with_exact(replace(record, at=end), exact)
         try:
-            if with_exact.way in DIFFERENCES:
+            if with_exact.way in DIFFERENCE_WAYS:
                 yield _difference_gradient(
-                    runs, with_exact, DIFFERENCES[with_exact.way], search.eps
+                    runs, with_exact, DIFFERENCE_WAYS[with_exact.way], search.eps
                 )
             else:
                 yield _own_gradient(runs, with_exact, engine)
@@ -410,7 +419,9 @@ def _difference_gradient(
     possible."""
     differences = list[TriedDifference]()
     why = ""
-    for eps in sorted(asked_eps or (part * runs.number.size for part in SWEEP), reverse=True):
+    for eps in sorted(
+        asked_eps or (part * runs.number.size for part in DIFFERENCE_DISTANCES), reverse=True
+    ):
         try:
             differences.append(_difference(runs, record, way, eps))
         except (ParameterError, Unsupported) as error:
@@ -418,7 +429,7 @@ def _difference_gradient(
     if not differences:
         raise Unsupported(why)
     epses = [d.eps or 0.0 for d in differences]
-    if len(differences) >= LEAST:
+    if len(differences) >= MIN_DIFFERENCES:
         scatter = math.sqrt(2.0) * runs.noise(record.of) / (1.0 - way.low)
         differences = [
             replace(d, noise=scatter / eps) for d, eps in zip(differences, epses, strict=True)
@@ -445,7 +456,7 @@ def _difference(
     name = record.of
     low, high = way.values(number.value, eps)
     difference = runs.difference(name, (low, high), record.reference)
-    sizes = [NEAR]
+    sizes = [PREDICTION_STEP]
     if low == number.value:
         sizes.append(eps / number.size)
     contact_bound = max(runs.corner(name, size) for size in sizes)
@@ -480,7 +491,7 @@ def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     )
     if way.beside is not None:
         second_derivative = _one_derivative(way.beside, number, method, step, record)
-        rounding = FINER * rounding + SOLVER_FACTOR * abs(computed - second_derivative)
+        rounding = CONTROL_FACTOR * rounding + SOLVER_FACTOR * abs(computed - second_derivative)
     if method.control == "tolerance" and second is not None:
         second_derivative = _one_derivative(way.of, number, *second.of(method), record)
         # Both runs round their start in the same way.
@@ -508,7 +519,7 @@ def _growth(number: Number, end: float) -> float:
         (
             size / observed_size
             for size, observed_size in sizes
-            if size * number.size < LOST * observed_size
+            if size * number.size < LOST_DERIVATIVE_GROWTH * observed_size
         ),
         default=0.0,
     )
@@ -525,7 +536,7 @@ def _timed(
     engine.prepare(number.case, method, step).run()
     between = time.thread_time()
     computed = _one_derivative(derivatives_of, number, method, step, record)
-    return computed, (time.thread_time() - between) / max(between - begin, SHORTEST)
+    return computed, (time.thread_time() - between) / max(between - begin, SHORTEST_RUN)
 
 
 def _error_slope(runs: _Runs, record: Gradient) -> TriedDifference:
@@ -533,13 +544,13 @@ def _error_slope(runs: _Runs, record: Gradient) -> TriedDifference:
     differences leave open, and the error of the same difference of the exact answer, which is all
     of it next to a barrier."""
     value = runs.number.value
-    size = NEAR * runs.number.size
+    size = PREDICTION_STEP * runs.number.size
     near, wider = (
         runs.difference(record.of, (value - eps, value + eps), record.exact)
         for eps in (size, 2 * size)
     )
     open_difference = np.nan_to_num(abs(near.slope - wider.slope)) + runs.corner(
-        record.of, NEAR
+        record.of, PREDICTION_STEP
     )
     return replace(
         near, remainder=near.remainder + open_difference + SOLVER_FACTOR * abs(near.truncation)

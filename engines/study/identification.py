@@ -25,10 +25,12 @@ from plumbob.models.scene import Case, Quantity, Scene
 Residuals = Callable[[Sequence[float] | None], Array]
 """A place in a box, or None for the true values -> the differences that are fitted, shape (n,)."""
 FAILED = 1e6  # misfit, in scales, of a run that is lost or has no exact answer
-BESIDE = 1e-3  # distance on either side over which slopes are taken, as a fraction of the side
+SLOPE_DISTANCE = (
+    1e-3  # distance on either side over which slopes are taken, as a fraction of the side
+)
 # Parameters whose slopes have a larger condition number, and so a correlation beyond 0.9998, cannot
 # be told apart.
-ALIKE = 1e2
+LARGEST_CONDITION = 1e2
 
 
 @dataclass(frozen=True)
@@ -270,8 +272,8 @@ def _slope(box: Box, place: Sequence[float], k: int, residuals: Residuals) -> Ar
     """The derivative of the residuals by parameter `k`, shape (n,); 0 if a run beside the place is
     lost."""
     side = box.sides[k]
-    low = max(place[k] - BESIDE, 0.0)
-    high = min(place[k] + BESIDE, 1.0)
+    low = max(place[k] - SLOPE_DISTANCE, 0.0)
+    high = min(place[k] + SLOPE_DISTANCE, 1.0)
     try:
         below, above = (residuals((*place[:k], x, *place[k + 1 :])) for x in (low, high))
     except NoAnswer:
@@ -288,7 +290,7 @@ def _spread(slopes: Array, residual: float) -> tuple[Array | None, Array | None]
         return None, None
     sizes = np.linalg.norm(slopes, axis=0)
     unit = slopes / sizes
-    if np.linalg.cond(unit) > ALIKE:
+    if np.linalg.cond(unit) > LARGEST_CONDITION:
         return None, None
     covariance = np.linalg.inv(unit.T @ unit)
     spread = np.sqrt(np.diag(covariance))

@@ -21,15 +21,18 @@ from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
-MOST_STEPS = 1_000_000  # largest number of steps of a run: a second in MuJoCo
-FIRST_STEPS, MORE = 1_000, 4  # steps of the first run, and the factor from one run to the next
+MAX_LONG_RUN_STEPS = 1_000_000  # largest number of steps of a run: a second in MuJoCo
+FIRST_STEPS, RUN_LENGTH_FACTOR = (
+    1_000,
+    4,
+)  # steps of the first run, and the factor from one run to the next
 A_PERIOD = 100  # preferred number of steps in a period of the fastest mode
 OF_A_SOLVER = 1e3  # approximate steps in a period of a solver that chooses its steps
 A_SAMPLE = 16.0  # samples in a fastest period, within which errors come and go
 MOST_SAMPLES = 50_000  # largest number of samples of a run
 DOUBT = 0.2  # largest uncertainty of the exact motion, as a fraction of the smallest level
 SHARP = 4.0  # standard errors by which a drift of the energy must differ from zero
-LOST = 1.0  # change of the energy, relative to its scale, at which it counts as lost
+LOST_ENERGY = 1.0  # change of the energy, relative to its scale, at which it counts as lost
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
     method: str
     step: float | None = None
     """[s], or the relative tolerance; None: the scene's step nearest to A_PERIOD steps a period."""
-    most_steps: int = MOST_STEPS  # largest number of steps of a run
+    most_steps: int = MAX_LONG_RUN_STEPS  # largest number of steps of a run
 
     def made(self, scene: Scene, method: Method) -> MeasuredLongRun:
         """The times that runs show; raises ParameterError."""
@@ -124,8 +127,8 @@ def _runs(
     most_steps: int,
     theory: StabilityTheory,
 ) -> Iterator[Trajectory]:
-    """Yields runs that last FIRST_STEPS to `most_steps` times `pace` [s], each MORE times as long
-    as the one before, until the motion ends."""
+    """Yields runs that last FIRST_STEPS to `most_steps` times `pace` [s], each RUN_LENGTH_FACTOR
+    times as long as the one before, until the motion ends."""
     steps = FIRST_STEPS
     duration = 0.0
     last = min(most_steps * pace, theory.lasts)
@@ -135,7 +138,7 @@ def _runs(
             fine = math.ceil(A_SAMPLE * duration / theory.fastest)
             lasting = case.lasting(duration, min(max(case.samples, fine), MOST_SAMPLES))
             yield engine_of(method).prepare(lasting, method, step).run()
-        steps *= MORE
+        steps *= RUN_LENGTH_FACTOR
 
 
 def _reached(
@@ -172,7 +175,7 @@ def _energy(
         return "lost", 0.0
     energy: Array = theory.energy(run.observables)
     drift = energy - energy[0]
-    if np.abs(drift).max() > LOST:
+    if np.abs(drift).max() > LOST_ENERGY:
         return "lost", 0.0
     (rate, _), ((variance, _), _) = np.polyfit(run.times, drift, 1, cov=True)
     if abs(rate) < SHARP * math.sqrt(variance):

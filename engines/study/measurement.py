@@ -379,10 +379,10 @@ def _held(
 def floor(error: ObservedError, steps: int) -> float:
     """The floor of an error, which no smaller step removes: the bounds on the model's error, the
     uncertainty of the exact answer, and the rounding of `steps` steps."""
-    return error.model_error + rounding(error, steps)
+    return error.model_error + rounding_bound(error, steps)
 
 
-def rounding(error: ObservedError, steps: int) -> float:
+def rounding_bound(error: ObservedError, steps: int) -> float:
     """The bound on the rounding of the exact answer and of `steps` steps, without the model's
     error."""
     return error.uncertainty * roundings(steps)

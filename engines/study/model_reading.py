@@ -16,7 +16,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.method import Engine
-from plumbob.engines.peer_model import NotRead
+from plumbob.engines.peer_model import MechanismDiffers
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.provenance import version_of
 from plumbob.engines.study.request import Request
@@ -54,7 +54,7 @@ PLACE = re.compile(r"(body|joint|geom|pair|actuator) \d+( of body .+)?")
 ByField = Mapping[str, tuple[float, ...]]
 GRAVITY = "gravity"  # a field that a file states even if its numbers are zero
 # relative and absolute [SI] difference of equal numbers, after single precision and other frames
-SAME, LEAST = 1e-5, 1e-12
+RELATIVE_DIFFERENCE, ABSOLUTE_DIFFERENCE = 1e-5, 1e-12
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
         return "", fields
     except ParameterError as error:
         return error.requirement, {}
-    except NotRead as error:
+    except MechanismDiffers as error:
         return str(error), {}
 
 
@@ -198,9 +198,11 @@ def equal(values: tuple[float, ...], other: tuple[float, ...] | None) -> bool:
     """Whether two readers have the same numbers, up to single precision."""
     if other is None or len(values) != len(other):
         return False
-    allowed = max(SAME * max(map(abs, values), default=0.0), LEAST)
+    allowed = max(RELATIVE_DIFFERENCE * max(map(abs, values), default=0.0), ABSOLUTE_DIFFERENCE)
     pairs = zip(values, other, strict=True)
-    return all(math.isclose(a, b, rel_tol=SAME, abs_tol=allowed) for a, b in pairs)
+    return all(
+        math.isclose(a, b, rel_tol=RELATIVE_DIFFERENCE, abs_tol=allowed) for a, b in pairs
+    )
 
 
 def _text(values: tuple[float, ...]) -> str:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-LEAST = 4  # smallest number of steps: leaves two degrees of freedom for the confidence interval
+MIN_STEP_SIZES = (
+    4  # smallest number of steps: leaves two degrees of freedom for the confidence interval
+)
 
 
 @dataclass(frozen=True)
@@ -24,8 +26,8 @@ def fit_order(
     steps: ArrayLike, errors: ArrayLike, floors: ArrayLike, most: int = 6
 ) -> Order | None:
     """The order fitted to at most `most` of the finest steps whose error is above ten times its
-    round-off floor; None if there are fewer than LEAST such steps. Arguments have shape (n,): steps
-    [s], errors, and floors of the errors."""
+    round-off floor; None if there are fewer than MIN_STEP_SIZES such steps. Arguments have shape
+    (n,): steps [s], errors, and floors of the errors."""
     # Imported here: reading a stored order needs no fit, and scipy takes long to load.
     from scipy.special import stdtrit
 
@@ -33,7 +35,7 @@ def fit_order(
     usable = np.isfinite(e) & (e > 10.0 * floor) & (e > 0.0)
     chosen = np.flatnonzero(usable)
     chosen = chosen[np.argsort(h[chosen])][:most]
-    if chosen.size < LEAST:
+    if chosen.size < MIN_STEP_SIZES:
         return None
     (slope, _), covariance = np.polyfit(np.log(h[chosen]), np.log(e[chosen]), 1, cov=True)
     freedom = chosen.size - 2

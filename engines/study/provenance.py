@@ -39,7 +39,7 @@ OF_ENGINES = MappingProxyType(
     }
 )
 """Distributions of engines whose distribution has another name than their package."""
-ABSENT = "not installed"
+NOT_INSTALLED = "not installed"
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ def provenance(command: str) -> Provenance:
     versions = {"plumbob": _version("plumbob"), "Python": platform.python_version()}
     versions |= {package: _version(package) for package in PACKAGES}
     peers = {package: _version(package) for package in PEERS}
-    versions |= {package: version for package, version in peers.items() if version != ABSENT}
+    versions |= {
+        package: version for package, version in peers.items() if version != NOT_INSTALLED
+    }
     versions |= added_versions()
     date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return Provenance(versions, machine(), date, command)
@@ -112,8 +114,8 @@ def processor() -> str:
 
 @cache  # reading a version takes a millisecond, and it does not change while a process runs
 def _version(package: str) -> str:
-    """The version of a distribution; ABSENT if it is not installed."""
+    """The version of a distribution; NOT_INSTALLED if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
-        return ABSENT
+        return NOT_INSTALLED

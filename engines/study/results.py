@@ -147,7 +147,7 @@ def coherent(study: Study) -> Study:
     return study
 
 
-def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
+def assembled_study(head: Study, results: Iterable[TaskResult]) -> Study:
     """The study `head` with these results. Its costs are scaled to one reference step."""
     parts = tuple(results)
     answers = [part.answer for part in parts if part.request is None]

@@ -29,7 +29,7 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
 from plumbob.engines.study.request import Request, RunRequest, work_of
-from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
+from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled_study
 from plumbob.engines.study.scheduler import PREDICTED, Progress, study_task, worked_out
 from plumbob.engines.workers import Task, Workers, workers_of
 from plumbob.models.registry import system_of
@@ -37,7 +37,7 @@ from plumbob.models.scene import Scene
 
 Profile = str  # "quick" or "full"
 Analyse = Callable[[Study, Workers], tuple[Analysed, ...]]
-MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
+MAX_STEPS_OF_PROFILE = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 """Largest number of steps of one run; in the quick profile 50 s at MuJoCo's default step."""
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})  # number of timings of a cost
 # [s] time of one timing. Medians scatter by what else the machine does, at 1 ms as much as at 4 ms;
@@ -99,7 +99,7 @@ def run_study(
             profile, plan.scenes, plan.methods, provenance=provenance(command), seed=seed
         )
         study = replace(head, reference_step=_reference_step(found.values()))
-        study = assembled(study.described(), found.values())
+        study = assembled_study(study.described(), found.values())
         progress("analyses", 0, 0)
         study = replace(study, analyses=analyse(study, workers))
         kept.complete(study, found)
@@ -138,7 +138,7 @@ def _cost_tasks(studies: Sequence[ConvergenceStudy], plan: StudyPlan) -> Iterato
 def most_steps(scene: Scene, profile: Profile) -> int:
     """The largest number of steps of a run of a scene. In the quick profile it is smaller for
     scenes whose steps are expensive."""
-    most = MOST_STEPS[profile]
+    most = MAX_STEPS_OF_PROFILE[profile]
     return int(most / system_of(scene).weight) if profile == "quick" else most
 
 

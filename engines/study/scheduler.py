@@ -18,7 +18,7 @@ from plumbob.models.scene import Scene
 Progress = Callable[[str, int, int], None]  # description, tasks done, tasks in all
 PREDICTED = 3e-5  # [s] longest processor time of a unit of work in a quick run
 GENEROUS = 100.0  # factor by which a task may take longer than predicted
-LEAST = 300.0  # [s] processor time that every task may take in addition
+SPARE_SECONDS = 300.0  # [s] processor time that every task may take in addition
 
 
 def study_task(
@@ -34,7 +34,7 @@ def study_task(
     """A task that takes about as long as `work` steps of a pendulum. Its result is `blank` with the
     answer of the function `do`; if the task is given up, with the answer of `given_up` to the
     reason."""
-    limit = LEAST + GENEROUS * PREDICTED * work
+    limit = SPARE_SECONDS + GENEROUS * PREDICTED * work
 
     def instead(why: str) -> TaskResult:
         return replace(blank, answer=given_up(why), label=label, lost=why)
@@ -89,5 +89,5 @@ def _in_order(tasks: Sequence[Task]) -> list[Task]:
     long group at the end."""
     work = defaultdict[str, float](float)
     for task in tasks:
-        work[task.group] += task.limit - LEAST
+        work[task.group] += task.limit - SPARE_SECONDS
     return sorted(tasks, key=lambda task: (-work[task.group], task.group, -task.limit))

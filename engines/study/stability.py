@@ -37,15 +37,15 @@ from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
 # Sizes of the nudge of the start, relative to the scales of the state. If the exact motion and
-# LOST_GROWTH would magnify NUDGE to the size of the motion, the nudge is smaller, but far above the
-# resolution of a double.
-NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
+# LOST_GROWTH would magnify START_NUDGE to the size of the motion, the nudge is smaller, but far
+# above the resolution of a double.
+START_NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
 # Shortest duration of a run: steps, and periods of the fastest mode.
-STEPS, PERIODS = 10_000, 100
+MIN_RUN_STEPS, MIN_RUN_PERIODS = 10_000, 100
 PILOT = 500  # steps of pilot runs, which show most failures at little cost
-FIRST = 0.3  # first step of a search without a prediction, in fastest periods
+FIRST_TRIAL_STEP = 0.3  # first step of a search without a prediction, in fastest periods
 # Periods and samples of the exact motion that determine its kind and its scales.
-FOLLOWED, SAMPLES = 30, 501
+FOLLOWED, FOLLOWED_SAMPLES = 30, 501
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def searched_limits(
     trials = Trials(case, method, theory)
     by_kind = {limit.kind: limit for limit in predicted}
     unstable = _limit(
-        trials, "unstable", by_kind.get("unstable"), trials.keeps_nudge_small, FIRST
+        trials, "unstable", by_kind.get("unstable"), trials.keeps_nudge_small, FIRST_TRIAL_STEP
     )
     start = (unstable.holds or unstable.fails or 0.0) / trials.fastest
     changes = _limit(
@@ -234,10 +234,10 @@ class Trials:
         longer and the motion is known for so long."""
         longest = max(self.case.scene.duration, FOLLOWED * self.fastest if self.theory else 0.0)
         try:
-            return self.case.reference.observe(np.linspace(0.0, longest, SAMPLES))
+            return self.case.reference.observe(np.linspace(0.0, longest, FOLLOWED_SAMPLES))
         except ParameterError:
             return self.case.reference.observe(
-                np.linspace(0.0, self.case.scene.duration, SAMPLES)
+                np.linspace(0.0, self.case.scene.duration, FOLLOWED_SAMPLES)
             )
 
     @cached_property
@@ -276,8 +276,12 @@ class Trials:
     @cached_property
     def nudge(self) -> float:
         """The relative size of the nudge."""
-        growth = self.theory.growth(STEPS * self.fastest * FIRST) if self.theory else 1.0
-        return min(max(SMALL / (LOST_GROWTH * growth), SMALLEST_NUDGE), NUDGE)
+        growth = (
+            self.theory.growth(MIN_RUN_STEPS * self.fastest * FIRST_TRIAL_STEP)
+            if self.theory
+            else 1.0
+        )
+        return min(max(SMALL / (LOST_GROWTH * growth), SMALLEST_NUDGE), START_NUDGE)
 
     def _nudged_parameter(self, name: str, value: Any) -> Any:
         """Returns the `value` of a parameter of the start, moved by the nudge."""
@@ -292,7 +296,7 @@ class Trials:
 
     def _run_outcome(self, step: float) -> Outcome:
         """Returns the outcome of runs at a step [s]."""
-        steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
+        steps = max(MIN_RUN_STEPS, math.ceil(MIN_RUN_PERIODS * self.fastest / step))
         with np.errstate(all="ignore"):  # runs that are lost overflow
             early = self._outcome_of_steps(step, PILOT)
             return early if early[0] else self._outcome_of_steps(step, steps)

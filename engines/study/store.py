@@ -16,17 +16,17 @@ from sqlite3 import Connection
 from typing import Any, TypeVar
 
 from plumbob.engines.study.codec import from_json, to_json
-from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled, coherent
+from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled_study, coherent
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
     decoding,
-    reading,
+    reading_connection,
     transaction,
 )
 
 __all__ = ["FILE", "SCHEMA", "load"]
-T = TypeVar("T")
+Result = TypeVar("Result")
 ANALYSIS = "analysis "  # beginning of the keys of analyses
 STUDY, PLAN = "study", "plan"  # keys of the rows with a study's list and plan
 # A damaged row may hold a text, or the largest integer, as the number of its study.
@@ -103,7 +103,9 @@ def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:
     return {f"{ANALYSIS}{i}": TaskResult(a) for i, a in enumerate(analyses)}
 
 
-def results(store: Connection, number: int, keys: Iterable[str], kind: type[T]) -> dict[str, T]:
+def stored_results(
+    store: Connection, number: int, keys: Iterable[str], kind: type[Result]
+) -> dict[str, Result]:
     """{key: result} of a study, for those of the `keys` that are stored and undamaged."""
     found = {}
     with decoding():
@@ -178,7 +180,7 @@ def load(file: Path, number: int | None = None, scenes: Collection[str] = ()) ->
     other studies are not read."""
     if not os.path.lexists(file):
         return None
-    with reading(file) as store:
+    with reading_connection(file) as store:
         for n in _numbers(store):
             if number not in (None, n):
                 continue
@@ -193,11 +195,11 @@ def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
     """{key: result} of the results that any study of a store has under these keys, the newest
     first, without those that were given up. Raises ParameterError as `load` does."""
     found: dict[str, TaskResult] = {}
-    with reading(file) as store:
+    with reading_connection(file) as store:
         query = f"select distinct study from result where {NUMBERED} order by study desc"
         rows = store.execute(query).fetchall()
         for (number,) in rows:
-            there = results(
+            there = stored_results(
                 store, number, [key for key in keys if key not in found], TaskResult
             )
             found |= {key: result for key, result in there.items() if not result.lost}
@@ -206,11 +208,11 @@ def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
 
 def _loaded(store: Connection, number: int, listed: Listed) -> Study:
     """The study with its listed results; raises ValueError or sqlite3.DatabaseError if damaged."""
-    found = results(store, number, (key for key, _ in listed.results), TaskResult)
+    found = stored_results(store, number, (key for key, _ in listed.results), TaskResult)
     _all_there(listed, number, found)
     with decoding():
         subjects = {result.subject for result in found.values()}
         scenes = tuple((key, found[key].scene) for key, _ in listed.results)
         if len(subjects) < len(found) or scenes != listed.results:
             raise ValueError("a result stands under the key of another")
-        return coherent(assembled(listed.study, found.values()))
+        return coherent(assembled_study(listed.study, found.values()))

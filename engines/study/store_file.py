@@ -20,7 +20,7 @@ from plumbob.models.border import border
 FILE = "studies.sqlite3"  # name of the file in a folder of results
 SCHEMA = 10  # version of the table and of the JSON in it
 INSTEAD = "move it away, or take another folder with --out"
-PATIENCE = 5.0  # [s] longest wait for another process that has locked the file
+LOCK_WAIT = 5.0  # [s] longest wait for another process that has locked the file
 HOLDS = "a file of stored results"
 TABLE = """create table result (
     study integer not null, key text not null, body text not null, digest text not null,
@@ -28,7 +28,7 @@ TABLE = """create table result (
 
 
 @contextmanager
-def reading(file: Path) -> Iterator[sqlite3.Connection]:
+def reading_connection(file: Path) -> Iterator[sqlite3.Connection]:
     """A connection to an existing store that cannot change the store. Raises ParameterError if the
     file is no store, is damaged or locked, or is of another version."""
     # Rows are fetched before they are read: a cursor left half-way by an error would keep a lock.
@@ -45,7 +45,7 @@ def reading(file: Path) -> Iterator[sqlite3.Connection]:
 @contextmanager
 def writing(file: Path) -> Iterator[sqlite3.Connection]:
     """A connection to a store, which is made if there is none, without an open transaction. Raises
-    ParameterError as `reading` does, and if the file cannot be written."""
+    ParameterError as `reading_connection` does, and if the file cannot be written."""
     with _one_line(file):
         if os.path.lexists(file):
             _regular(file)
@@ -82,7 +82,7 @@ def _connection(file: Path, mode: str) -> sqlite3.Connection:
     """A connection to a file in one of SQLite's modes: "ro", "rw" or "rwc"."""
     name = quote(os.fsencode(os.path.abspath(file)))
     store = sqlite3.connect(
-        f"file:{name}?mode={mode}", uri=True, timeout=PATIENCE, isolation_level=None
+        f"file:{name}?mode={mode}", uri=True, timeout=LOCK_WAIT, isolation_level=None
     )
     store.text_factory = partial(str, encoding="utf-8", errors="replace")  # a flipped bit, too
     store.execute("pragma trusted_schema = off")

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study.provenance import provenance
 
-PATIENCE = 10.0  # [s] longest wait for a scheduler's answer, and for its first worker
+SCHEDULER_WAIT = 10.0  # [s] longest wait for a scheduler's answer, and for its first worker
 UNLIKE = ("plotly",)  # packages whose versions do not change results
 
 
@@ -23,7 +23,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         wanted = "given where the extra is installed: pip install 'plumbob[distributed]'"
         raise ParameterError("scheduler", address, wanted) from None
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(address, timeout=SCHEDULER_WAIT, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         why = " ".join(str(error).split())[:120]
         raise ParameterError(
@@ -31,7 +31,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         ) from None
     with client:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=SCHEDULER_WAIT)
         except TimeoutError:
             raise ParameterError(
                 "scheduler", address, "one with a worker; it has none"

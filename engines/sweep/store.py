@@ -28,7 +28,7 @@ def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Kee
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
         number, _ = store.begun(opened, key_of_sweep(asked))
-        there = store.results(opened, number, map(str, range(asked.chunks)), Chunk)
+        there = store.stored_results(opened, number, map(str, range(asked.chunks)), Chunk)
 
         def keep(chunk: int, found: Chunk) -> None:
             store.keep(opened, number, {str(chunk): found})

@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer, answering
-from plumbob.engines.box import LONGEST, Box
+from plumbob.engines.box import EXACT_MOTION_SECONDS, Box
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.study.measurement import measure, relative_error
@@ -23,9 +23,9 @@ from plumbob.models.scene import Case
 
 CHUNK_RUNS = 200  # runs in one chunk, which take a few seconds
 # [s] longest processor time of a chunk: at each place integrating the exact motion may take
-# LONGEST, and the runs as long again
-LONGEST_CHUNK = 2.0 * CHUNK_RUNS * LONGEST
-MOST_RUNS = 1_000_000  # largest number of runs of a sweep, which take some hours
+# EXACT_MOTION_SECONDS, and the runs as long again
+LONGEST_CHUNK = 2.0 * CHUNK_RUNS * EXACT_MOTION_SECONDS
+MAX_SWEEP_RUNS = 1_000_000  # largest number of runs of a sweep, which take some hours
 NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+\.?\d*(e[-+]?\d+)?(?![\w.])")
 
 
@@ -87,7 +87,7 @@ class Swept:
 
 
 Keep = Callable[[int, Chunk], None]
-Progress = Callable[[int, int], None]  # number of points done, number of all points
+SweepProgress = Callable[[int, int], None]  # number of points done, number of all points
 
 
 def sweep_of(
@@ -103,8 +103,8 @@ def sweep_of(
             "all with steps, or all with tolerances",
         )
     each = len(methods) * len(steps)
-    if math.prod(counts) * each > MOST_RUNS:
-        most = MOST_RUNS // each
+    if math.prod(counts) * each > MAX_SWEEP_RUNS:
+        most = MAX_SWEEP_RUNS // each
         raise ParameterError("vary", math.prod(counts), f"at most {most} points in all")
     chunk = max(CHUNK_RUNS // each, 1)
     return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
@@ -131,7 +131,7 @@ def sweep(
     keep: Keep,
     jobs: int = 1,
     executor: Executor | None = None,
-    progress: Progress = lambda done, of: None,
+    progress: SweepProgress = lambda done, of: None,
 ) -> Swept:
     """Runs the chunks of a sweep that are not among the stored ones, `there`, in `jobs` processes
     or by `executor`. Each chunk is given to `keep` when it is done. A chunk whose worker ends twice

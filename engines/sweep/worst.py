@@ -16,15 +16,17 @@ from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.sweep.sweep import run_error
 from plumbob.models.scene import Case
 
-DIVERGED = 1e30  # score of a run that diverged
+DIVERGED_SCORE = 1e30  # score of a run that diverged
 FINE_STEPS = (1e-4, 5e-5)  # [s] steps of other methods that check the exact answer
 SURE = 0.1  # largest uncertainty of the exact answer, as a fraction of the error found
 Score = Callable[[Case, Method, float], float]
-Progress = Callable[[int, int, float], None]  # runs made, budget of runs, worst score so far
+SearchProgress = Callable[
+    [int, int, float], None
+]  # runs made, budget of runs, worst score so far
 
 
 @dataclass(frozen=True)
-class Certificate:
+class ConfirmedScore:
     """Another computation of the same motion, and its distance from the exact answer."""
 
     method: str
@@ -44,7 +46,7 @@ class Found:
     error: float  # relative error of the run there; infinite if it diverged
     runs: int  # number of runs made
     without: int  # number of runs without an error: no exact answer, or an unsupported scene
-    certificate: Certificate | None  # None if no other computation runs the scene
+    certificate: ConfirmedScore | None  # None if no other computation runs the scene
 
     @property
     def certain(self) -> bool:
@@ -58,13 +60,13 @@ def search(
     step: float,
     budget: int,
     score: Score = run_error,
-    progress: Progress = lambda made, of, worst: None,
+    progress: SearchProgress = lambda made, of, worst: None,
 ) -> Found:
     """The place in a box with the largest `score` of a method, its relative error unless another
     score is given, that at most `budget` runs find. Raises ParameterError if no place has a
     score."""
     searched = lowest(
-        lambda at: -min(score(box.case(at), method, step), DIVERGED),
+        lambda at: -min(score(box.case(at), method, step), DIVERGED_SCORE),
         len(box.sides),
         budget,
         0.0,
@@ -76,7 +78,7 @@ def search(
         )
     at = searched.place
     largest = -searched.cost
-    if largest >= DIVERGED:
+    if largest >= DIVERGED_SCORE:
         largest = math.inf
     case = box.case(at)
     parameters = {
@@ -95,7 +97,7 @@ def search(
     )
 
 
-def certificate(case: Case, tried: Method) -> Certificate | None:
+def certificate(case: Case, tried: Method) -> ConfirmedScore | None:
     """The computation by another method that comes nearest to the exact answer; None if no other
     method runs the case. Integrations with a tight tolerance are tried first and, if there are
     none, engines at fine steps."""
@@ -114,7 +116,7 @@ def certificate(case: Case, tried: Method) -> Certificate | None:
     return min(found, key=lambda computation: computation.distance, default=None)
 
 
-def _distances(case: Case, tried: Sequence[tuple[Method, float]]) -> list[Certificate]:
+def _distances(case: Case, tried: Sequence[tuple[Method, float]]) -> list[ConfirmedScore]:
     """The computations of a case by methods with steps that have a finite distance."""
     found = []
     for method, step in tried:
@@ -123,5 +125,5 @@ def _distances(case: Case, tried: Sequence[tuple[Method, float]]) -> list[Certif
         except (NoAnswer, Unsupported):
             continue
         if math.isfinite(distance):
-            found.append(Certificate(method.name, step, distance))
+            found.append(ConfirmedScore(method.name, step, distance))
     return found

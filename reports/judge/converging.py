@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.study.measurement import Measurement, rounding, worst
+from plumbob.engines.study.measurement import Measurement, rounding_bound, worst
 from plumbob.engines.study.order import fit_order
 from plumbob.models.scene import Quantity
 
@@ -100,7 +100,7 @@ def _run_row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, .
     if math.isnan(relative_error):
         return ()
     error = run.errors[quantity.observable]
-    round_off = rounding(error, run.steps) / quantity.scale
+    round_off = rounding_bound(error, run.steps) / quantity.scale
     return run.step, relative_error, round_off, error.end / quantity.scale
 
 

@@ -12,7 +12,7 @@ from plumbob.analytic.left_open import nonlinear_part
 from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.analytic.theory import reaches
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, ObservedError, floor, rounding
+from plumbob.engines.study.measurement import Measurement, ObservedError, floor, rounding_bound
 from plumbob.models.scene import Quantity
 
 STARTS_OFF = "the run does not start where the scene does"
@@ -138,7 +138,7 @@ def wide_model_bound(run: Measurement, quantities: Sequence[Quantity]) -> str:
     allowed = model_fraction(run.scene)
     for quantity in quantities:
         error = run.errors.get(quantity.observable)
-        if error is None or error.model_error <= rounding(error, run.steps):
+        if error is None or error.model_error <= rounding_bound(error, run.steps):
             continue
         fraction = error.model_error / quantity.scale
         if fraction > allowed:

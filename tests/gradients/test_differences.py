@@ -49,7 +49,7 @@ def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
         assert min(ratios) > 1 / 3
     eps = tuple(d.eps for d in found[0].tried if d.eps)
     judged = judgements(replace(sweep, eps=eps))
-    assert len(judged) == 2 * len(measuring.SWEEP)
+    assert len(judged) == 2 * len(measuring.DIFFERENCE_DISTANCES)
     wrong = [
         (j.gradient.way, j.tried and j.tried.eps, j.why)
         for j in judged
@@ -91,8 +91,8 @@ def test_no_best_difference_is_predicted_where_steps_change_beside_it(how):
 
 @pytest.mark.parametrize("curved", [0.0, 1e-9])
 def test_what_is_linear_in_a_parameter_has_no_best_difference(curved):
-    errors = [curved * eps + 1e-15 / eps for eps in measuring.SWEEP]
-    best = FORWARD.best_of_sweep(measuring.SWEEP, errors)
+    errors = [curved * eps + 1e-15 / eps for eps in measuring.DIFFERENCE_DISTANCES]
+    best = FORWARD.best_of_sweep(measuring.DIFFERENCE_DISTANCES, errors)
     assert (best is None) == (curved == 0.0)
     assert best is None or 3e-4 < best < 3e-3
 

@@ -64,13 +64,13 @@ def test_a_state_that_has_decayed_has_no_derivative_left(size):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("touching", [transition.TOUCHING, transition.NUDGE])
+@pytest.mark.parametrize("touching", [transition.TOUCHING_NUDGE, transition.STEP_NUDGE])
 def test_a_support_that_begins_to_slip_is_slower_than_a_nudge(touching, monkeypatch):
     """Its friction turns round with a nudge of 1e-6 m/s, which one beside it shows."""
-    monkeypatch.setattr(transition, "TOUCHING", touching)
+    monkeypatch.setattr(transition, "TOUCHING_NUDGE", touching)
     pivot = "capsule-turn/pivot", "mujoco/euler+coulomb", "heading", "angular_acceleration"
     judged = judged_way(*pivot, "transition", 2.5e-4)
-    assert (judged.record()["left_open"] < 1e-3) == (touching < transition.NUDGE)
+    assert (judged.record()["left_open"] < 1e-3) == (touching < transition.STEP_NUDGE)
 
 
 @pytest.mark.parametrize(

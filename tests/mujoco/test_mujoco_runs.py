@@ -61,7 +61,7 @@ def test_samples_end_with_the_run_and_times_are_multiples_of_the_step():
     assert trajectory.steps == 714
     assert trajectory.times[0] == 0.0
     assert trajectory.times[-1] == 714 * 7e-4
-    assert len(trajectory.times) <= sampling.SAMPLES + 1
+    assert len(trajectory.times) <= sampling.MAX_SAMPLES + 1
     np.testing.assert_array_equal(np.diff(trajectory.times)[:-1] > 0.9 * 2 * 7e-4, True)
 
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from plumbob.engines.study.convergence import between
+from plumbob.engines.study.convergence import steps_between
 from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.models.scene import Quantity
 from plumbob.reports.judge.converging import convergence
 
 ABOUT = (Quantity("x", 2.0),)
-STEPS = between((1e-2, 1e-4), 1.0, own=False)
+STEPS = steps_between((1e-2, 1e-4), 1.0, own=False)
 
 
 def verdict(error, steps=STEPS):
@@ -60,8 +60,8 @@ def test_runs_that_end_early_since_all_are_at_the_round_off_level_converge():
 
 
 def test_steps_between():
-    octaves = np.log2(np.array(between((1e-2, 1e-3), 10.0, own=False)) / 1e-3)
+    octaves = np.log2(np.array(steps_between((1e-2, 1e-3), 10.0, own=False)) / 1e-3)
     assert octaves.max() == pytest.approx(5.0)  # coarser than those given
     assert np.diff(octaves) == pytest.approx(-1.0 / 3.0)
-    assert max(between((1e-2, 1e-3), 10.0, own=True)) <= 1e-2
-    assert max(between((1e-2, 1e-3), 0.08, own=False)) <= 1e-2  # eight steps in a run
+    assert max(steps_between((1e-2, 1e-3), 10.0, own=True)) <= 1e-2
+    assert max(steps_between((1e-2, 1e-3), 0.08, own=False)) <= 1e-2  # eight steps in a run

@@ -15,7 +15,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
-from plumbob.engines.study.codec import KINDS, from_json, named, to_json
+from plumbob.engines.study.codec import KINDS, from_json, stored_class, to_json
 from plumbob.engines.study.cost import SceneCosts
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.measurement import ObservedError
@@ -23,7 +23,7 @@ from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.request import Request, RunRequest
 from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.runner import run_study
-from plumbob.engines.study.store_file import reading
+from plumbob.engines.study.store_file import reading_connection
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import matching_scenes
 from plumbob.reports.cli import main
@@ -179,19 +179,19 @@ def test_a_study_of_an_earlier_version_is_read(tmp_path):
         assert run.errors["theta"].largest == known["errors"]["theta"]["largest"]
     assert len(study.extras) == len([body for body in bodies if body.get("request")]) == 7
     assert [analysed.numbers for analysed in study.analyses] == [{"x": (1.5, 2)}]
-    with reading(file) as held:
-        (single,) = store.results(held, 2, ["a run"], TaskResult).values()
+    with reading_connection(file) as held:
+        (single,) = store.stored_results(held, 2, ["a run"], TaskResult).values()
     assert single.answer.step == 0.02
 
 
 def test_every_kind_of_result_has_a_name_of_its_own():
-    kinds = [named(name) for name in KINDS]
+    kinds = [stored_class(name) for name in KINDS]
     requests = [kind for kind in kinds if issubclass(kind, Request)]
     assert set(requests) == set(_below(Request)) - {RunRequest}
     answers = {get_args(base)[0] for kind in requests for base in kind.__orig_bases__}
     assert answers <= set(kinds)
     # A class that has moved is read by its old name.
-    assert named("a.place.of.old.SceneCosts") is SceneCosts
+    assert stored_class("a.place.of.old.SceneCosts") is SceneCosts
 
 
 def _below(kind):

@@ -102,7 +102,7 @@ def _locked(file):
 
 @pytest.mark.parametrize("words", [*WRITERS, *READERS], ids=lambda words: str(words[0]))
 def test_a_locked_store_is_said_to_be_locked(words, whole, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(store_file, "PATIENCE", 0.01)
+    monkeypatch.setattr(store_file, "LOCK_WAIT", 0.01)
     file = tmp_path / store.FILE
     file.write_bytes(whole)
     with _locked(file):

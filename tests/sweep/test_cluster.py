@@ -70,7 +70,7 @@ def test_workers_with_other_versions_are_refused(workers, monkeypatch):
 @pytest.mark.long
 def test_nothing_at_an_address_is_one_line(monkeypatch):
     pytest.importorskip("distributed", reason="the extra `distributed` is missing")
-    monkeypatch.setattr(module, "PATIENCE", 0.5)
+    monkeypatch.setattr(module, "SCHEDULER_WAIT", 0.5)
     with pytest.raises(ParameterError, match="the address of one that runs"):
         module.cluster("tcp://127.0.0.1:9").__enter__()
 

@@ -6,7 +6,7 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.ode import simulation
-from plumbob.engines.box import LONGEST, Side, box
+from plumbob.engines.box import EXACT_MOTION_SECONDS, Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.sweep import sweep as sweeps
 from plumbob.models.registry import case_of, scene
@@ -29,7 +29,7 @@ def test_a_chunk_may_give_up_the_exact_motion_at_each_place(methods, steps, monk
     asked = sweeps.sweep_of(around, (1000,), chosen, [1e-3 / (k + 1) for k in range(steps)])
     with pytest.raises(ParameterError, match="nothing was run"):
         sweeps.sweep(asked, {}, lambda number, chunk: None)
-    assert asked.chunk * LONGEST < tasks[0].limit < WAITED
+    assert asked.chunk * EXACT_MOTION_SECONDS < tasks[0].limit < WAITED
 
 
 def test_a_solver_is_given_up_far_beyond_what_a_scene_needs(monkeypatch):

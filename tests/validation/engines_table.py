@@ -15,7 +15,7 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engines
 from plumbob.engines.study import store
-from plumbob.engines.study.provenance import ABSENT, PEERS
+from plumbob.engines.study.provenance import NOT_INSTALLED, PEERS
 from plumbob.models.registry import built_in_systems
 from plumbob.reports.analyses.engines.errors_and_costs import ERRORS_AND_COSTS, NOT_ENGINES
 from plumbob.reports.view.finding_text import findings_of
@@ -52,7 +52,7 @@ def measured_with(provenance):
     """A sentence with the versions and the machine that a study was measured with."""
     versions = provenance.versions
     packages = [f"{name} {versions[name]}" for name in PACKAGES if name in versions]
-    there = ", ".join(text for text in packages if not text.endswith(ABSENT))
+    there = ", ".join(text for text in packages if not text.endswith(NOT_INSTALLED))
     machine = provenance.machine
     return f"Measured with {there}, on {machine.get('processor', 'another machine')}.\n"
 

@@ -23,12 +23,12 @@ import sys
 from dataclasses import asdict
 
 from plumbob.analytic.schemes import ADAPTIVE
-from plumbob.engines.known_limits import FOLDER, SIZES, Size, declared_by
+from plumbob.engines.known_limits import FOLDER, SIZES_SUFFIX, Size, declared_by
 from plumbob.engines.registry import find_engine, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.measurement import relative_error, rounding, worst
-from plumbob.engines.study.provenance import ABSENT, packages_of, provenance
+from plumbob.engines.study.measurement import relative_error, rounding_bound, worst
+from plumbob.engines.study.provenance import NOT_INSTALLED, packages_of, provenance
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, matching_scenes, system_of
 from plumbob.reports.judge.expectations import expected
@@ -57,7 +57,7 @@ def of_solver(scene, found):
     errors = {}
     for m in (m for m in found.measurements if m.status == "done"):
         quantity, error = worst(m, about)
-        level = rounding(m.errors[quantity.observable], m.steps) / quantity.scale
+        level = rounding_bound(m.errors[quantity.observable], m.steps) / quantity.scale
         errors |= {m.step: error} if error > ABOVE * level else {}
     return errors or None
 
@@ -119,11 +119,11 @@ def write(name, sizes, folder=FOLDER):
     with the versions that are installed."""
     engine = find_engine(name)
     now = provenance("").versions
-    here = {package: now.get(package, ABSENT) for package in packages_of(engine)}
-    here = {package: version for package, version in here.items() if version != ABSENT}
+    here = {package: now.get(package, NOT_INSTALLED) for package in packages_of(engine)}
+    here = {package: version for package, version in here.items() if version != NOT_INSTALLED}
     versions = {**declared_by(engine).measured_with, **here}
     kept = {pair: size for pair, size in sizes.items() if sized(*pair)}
-    table = folder / f"{name}{SIZES}"
+    table = folder / f"{name}{SIZES_SUFFIX}"
     table.write_text(text(kept, versions), "utf-8")
 
 

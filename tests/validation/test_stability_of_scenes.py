@@ -22,7 +22,7 @@ def test_every_scene_ends_in_an_answer(system, capsys, monkeypatch, pytestconfig
     """Of runs of a fifth of the usual steps, but where they take most of these to be lost."""
     option = pytestconfig.getoption
     if system not in ("free-body", "heavy-top"):
-        monkeypatch.setattr(stability, "STEPS", stability.STEPS // 5)
+        monkeypatch.setattr(stability, "MIN_RUN_STEPS", stability.MIN_RUN_STEPS // 5)
     chosen = matching_scenes(option("scenes"), option("profile"))
     for name in (scene.name for scene in chosen if scene.system == system):
         assert main(["stability", name, "mujoco/euler", "--json", "--jobs", "1"]) == 0

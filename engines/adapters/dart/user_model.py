@@ -10,10 +10,10 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
 from plumbob.engines.peer_model import (
-    FREE,
-    Frame,
+    FREE_VELOCITIES,
+    FreeJointFrame,
     Layout,
-    NotRead,
+    MechanismDiffers,
     PeerModel,
     RefusedFile,
     Translated,
@@ -30,7 +30,7 @@ def _read(path: Path) -> Any:
     with border(RefusedFile):
         world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
     if world is None:
-        raise NotRead("DART makes no world of it")
+        raise MechanismDiffers("DART makes no world of it")
     return world
 
 
@@ -130,7 +130,7 @@ def _names_of_bodies(contact: Any) -> tuple[str, ...]:
     return tuple(node.getBodyNodePtr().getName() for node in nodes)
 
 
-def _frame(joint: Any) -> Frame:
+def _frame(joint: Any) -> FreeJointFrame:
     """The conversion between a body's pose and the coordinates of its free joint, which count from
     the pose that the file gives the body."""
     from scipy.spatial.transform import Rotation
@@ -148,7 +148,7 @@ def _frame(joint: Any) -> Frame:
         turn = drawn_turn * Rotation.from_rotvec(q[:3])
         return origin + drawn_turn.apply(q[3:]), turn.as_quat(scalar_first=True)
 
-    return Frame(coordinates, pose, FREE)
+    return FreeJointFrame(coordinates, pose, FREE_VELOCITIES)
 
 
 def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
@@ -163,6 +163,6 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
                 place = first + joint.getIndexInSkeleton(0)
             if joint.getNumDofs() == 1:
                 hinges.append((joint.getName(), (place, place)))  # two joints may have one name
-            elif joint.getNumDofs() == FREE:
+            elif joint.getNumDofs() == FREE_VELOCITIES:
                 free.append((place, place, _frame(joint)))
     return Translated(model, layout, hinges, free, displaced=True)

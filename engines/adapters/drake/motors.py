@@ -20,7 +20,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.rotors import moved_inertia
-from plumbob.engines.joint_forces import Limits, ends
+from plumbob.engines.joint_forces import ForceRange, ends
 from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 
 # A rotor that prescribes a motion has the inertia of all that it moves, times such a ratio. With
@@ -118,7 +118,7 @@ def connected_motors(
         builder.Connect(forces, adder.get_input_port(0))
         builder.Connect(feedback, adder.get_input_port(1))
         forces = adder.get_output_port()
-    ranges: list[Limits] = [actuator.force_range for actuator in motors.actuators]
+    ranges: list[ForceRange] = [actuator.force_range for actuator in motors.actuators]
     ranges += [None] * len(motors.held)
     forces = _clamped(builder, forces, ranges)
     gears = _gears(motors)
@@ -161,7 +161,7 @@ def _output(builder: Any, port: Any, system: Any) -> Any:
     return added.get_output_port(0)
 
 
-def _clamped(builder: Any, port: Any, limits: Sequence[Limits]) -> Any:
+def _clamped(builder: Any, port: Any, limits: Sequence[ForceRange]) -> Any:
     """A port with the values of `port`, each clamped to its limits. If there are no limits, it is
     `port` itself."""
     if not any(limits):

@@ -16,10 +16,10 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.drake.stepper import advance, simulator_of
 from plumbob.engines.peer_model import (
-    FREE,
-    Frame,
+    FREE_VELOCITIES,
+    FreeJointFrame,
     Layout,
-    NotRead,
+    MechanismDiffers,
     PeerModel,
     RefusedFile,
     Translated,
@@ -29,7 +29,7 @@ from plumbob.models.border import border
 
 IMPLICIT = "the gains of its servos act at the end of a step, not at its start"
 NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # gains of an actuator that is no servo
-FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
+FRAME = FreeJointFrame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
 
 
 def _read(path: Path, plant: Any) -> Any:
@@ -163,7 +163,7 @@ class DrakeModel:
         coordinates and their rates. Raises NotRead if Drake fails."""
         self._push(control, force)
         steps_taken = round(self.simulator.get_context().get_time() / self.step + 0.5)
-        with border(lambda line: NotRead(f"a step fails: {line}")):
+        with border(lambda line: MechanismDiffers(f"a step fails: {line}")):
             advance(self.simulator, steps_taken + steps, self.step)
         plant = self.plant
         return plant.GetPositions(self.context), plant.GetVelocities(self.context)
@@ -179,6 +179,6 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
         place = (joint.position_start(), joint.velocity_start())
         if joint.num_velocities() == 1:
             hinges.append((joint.name(), place))
-        elif joint.num_velocities() == FREE:
+        elif joint.num_velocities() == FREE_VELOCITIES:
             free.append((*place, FRAME))
     return Translated(model, layout, hinges, free)

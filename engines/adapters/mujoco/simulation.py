@@ -35,7 +35,7 @@ class MujocoSimulation(SteppedSimulation):
         steps: int,
         step: float,
         compile_seconds: float = 0.0,
-        samples: int = sampling.SAMPLES,
+        samples: int = sampling.MAX_SAMPLES,
         logged: Sequence[str] = (),
     ) -> None:
         """`logged` are messages of the compiler."""

@@ -7,21 +7,21 @@ controls follows
 
     dx_n+1/dp = A_n dx_n/dp + B_n du_n/dp.                                                      (1)
 
-Rounding of the differences is some units in the last place of a state over NUDGE in each step. The
-differences of another size, BESIDE, tell how much that makes in all. With contacts the differences
-have the size TOUCHING: in the step in which a support begins to slip, its speed is less than NUDGE,
-so that a difference of that size would reverse its friction. On capsule-turn/pivot at 0.15 to 1 ms
-the product is then within 1e-4 of the run's derivative; with NUDGE it is up to 5e-3 away from it.
-Implicit integrators keep NUDGE: they take the velocity from contact forces, whose rounding is 1e4
-times that of an acceleration.
+Rounding of the differences is some units in the last place of a state over STEP_NUDGE in each step.
+The differences of another size, BESIDE, tell how much that makes in all. With contacts the
+differences have the size TOUCHING_NUDGE: in the step in which a support begins to slip, its speed
+is less than STEP_NUDGE, so that a difference of that size would reverse its friction. On
+capsule-turn/pivot at 0.15 to 1 ms the product is then within 1e-4 of the run's derivative; with
+STEP_NUDGE it is up to 5e-3 away from it. Implicit integrators keep STEP_NUDGE: they take the
+velocity from contact forces, whose rounding is 1e4 times that of an acceleration.
 
 Without contacts the acceleration a of a step solves the inverse dynamics g(q, v, a) = 0, so that
 
     da = -(dg/da)^-1 (dg/dq dq + dg/dv dv)                                                      (2)
 
 moves the velocity. `mjd_inverseFD` takes forward differences, whose error is proportional to their
-size; the mean of differences by NUDGE and by -NUDGE removes it. The function g is linear in a.
-"""
+size; the mean of differences by STEP_NUDGE and by -STEP_NUDGE removes it. The function g is linear
+in a."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.terms import apart, put, shifted, state_of
 from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.derivative_ways import NUDGE, TOUCHING, product_of_steps
+from plumbob.engines.derivative_ways import STEP_NUDGE, TOUCHING_NUDGE, product_of_steps
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
 # factor from a size of differences to the other size, which tells their rounding
-BESIDE = MappingProxyType({NUDGE: 10.0, TOUCHING: 0.5})
+BESIDE = MappingProxyType({STEP_NUDGE: 10.0, TOUCHING_NUDGE: 0.5})
 
 
 def difference(model: mujoco.MjModel) -> float:
     """The size of central differences for a model's step."""
     touching = model.npair or model.geom_contype.any() or model.geom_conaffinity.any()
-    return TOUCHING if touching else NUDGE
+    return TOUCHING_NUDGE if touching else STEP_NUDGE
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def transition(number: Number, method: Method, step: float, beside: bool = False
     run = sides.runs[1]
     along = sides.at_start()
     by_forces = run.model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
-    nudge = NUDGE if by_forces else difference(run.model)
+    nudge = STEP_NUDGE if by_forces else difference(run.model)
     if beside:
         nudge *= BESIDE[nudge]
     with options.collected():  # the run itself gives the same warnings
@@ -142,7 +142,7 @@ def inverse(number: Number, method: Method, step: float, beside: bool = False) -
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_INVDISCRETE
     along = sides.at_start()
     before = mujoco.MjData(model)
-    nudge = NUDGE * BESIDE[NUDGE] if beside else NUDGE
+    nudge = STEP_NUDGE * BESIDE[STEP_NUDGE] if beside else STEP_NUDGE
     with options.collected():
         for control in controls:
             put(before, state_of(data))

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.mjwarp import WarpPort
 from plumbob.engines.adapters.ported import load_file, mujoco_ports
-from plumbob.engines.peer_model import Layout, NotRead, PeerModel, RefusedFile
+from plumbob.engines.peer_model import Layout, MechanismDiffers, PeerModel, RefusedFile
 from plumbob.models.border import border
 
 FAR = 1e9  # number above any difference of the gains and gears of two actuators
@@ -35,7 +35,7 @@ def _read(path: Path) -> tuple[Any, Any]:
         in_file = getattr(file, count)
         in_newton = getattr(read, count)
         if in_file != in_newton:
-            raise NotRead(f"it has {count} = {in_newton}, the file {in_file}")
+            raise MechanismDiffers(f"it has {count} = {in_newton}, the file {in_file}")
     order = _order_of_actuators(file, read)
     for name in dir(read):
         if name.startswith("actuator_") and not name.endswith("adr"):

@@ -12,10 +12,10 @@ import pinocchio
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
 from plumbob.engines.peer_model import (
-    FREE,
-    Frame,
+    FREE_VELOCITIES,
+    FreeJointFrame,
     Layout,
-    NotRead,
+    MechanismDiffers,
     PeerModel,
     RefusedFile,
     Translated,
@@ -89,7 +89,7 @@ class PinocchioModel:
         return self.q, self.v
 
 
-FRAME = Frame(
+FRAME = FreeJointFrame(
     lambda place, w: np.concatenate([place, w[1:], w[:1]]),
     lambda q: (q[:3], np.concatenate([q[6:], q[3:6]])),
     linear_first=True,
@@ -110,10 +110,10 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
         first_rate = int(model.idx_vs[i])
         name = model.names[i]
         count = model.nvs[i]
-        if count == FREE and model.nqs[i] > FREE:
+        if count == FREE_VELOCITIES and model.nqs[i] > FREE_VELOCITIES:
             free.append((first, first_rate, FRAME))
         elif count != model.nqs[i]:
-            raise NotRead(f"its joint {name} is of a kind that is not compared")
+            raise MechanismDiffers(f"its joint {name} is of a kind that is not compared")
         else:
             hinges += [(name + "+" * k, (first + k, first_rate + k)) for k in range(count)]
     return Translated(PinocchioModel(model, step), layout, hinges, free)

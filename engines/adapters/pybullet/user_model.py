@@ -16,10 +16,10 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.pybullet.client import new_client
 from plumbob.engines.peer_model import (
-    FREE,
-    Frame,
+    FREE_VELOCITIES,
+    FreeJointFrame,
     Layout,
-    NotRead,
+    MechanismDiffers,
     PeerModel,
     RefusedFile,
     Translated,
@@ -72,14 +72,14 @@ class World:
         self.bases: list[tuple[int, int, int]] = []
         # for each joint: its body, its number, and the numbers of its coordinate and rate
         self.joints: list[tuple[int, int, int, int]] = []
-        floating = sum(joint.size == FREE for joint in layout.joints)
+        floating = sum(joint.size == FREE_VELOCITIES for joint in layout.joints)
         q = v = 0  # number of coordinates and of rates so far
         for body in self.bodies:
             mass, *_ = client.getDynamicsInfo(body, -1)
             if mass > 0.0 and len(self.bases) < floating:
                 self.bases.append((body, q, v))
                 q += 7
-                v += FREE
+                v += FREE_VELOCITIES
             for joint in range(client.getNumJoints(body)):
                 kind = client.getJointInfo(body, joint)[2]
                 client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
@@ -88,7 +88,7 @@ class World:
                     q += 1
                     v += 1
                 elif kind != client.JOINT_FIXED:
-                    raise NotRead("it has a joint of a kind that is not compared")
+                    raise MechanismDiffers("it has a joint of a kind that is not compared")
         self.size = q, v
 
     def without_contacts(self, **damping: float) -> World:
@@ -109,7 +109,9 @@ class World:
         for body, at, rate in self.bases:
             attitude = np.roll(q[at + 3 : at + 7], -1)
             self.client.resetBasePositionAndOrientation(body, q[at : at + 3], attitude)
-            self.client.resetBaseVelocity(body, v[rate : rate + 3], v[rate + 3 : rate + FREE])
+            self.client.resetBaseVelocity(
+                body, v[rate : rate + 3], v[rate + 3 : rate + FREE_VELOCITIES]
+            )
         for body, joint, at, rate in self.joints:
             self.client.resetJointState(body, joint, q[at], v[rate])
 
@@ -124,7 +126,7 @@ class World:
         for body, at, rate in self.bases:
             place, attitude = client.getBasePositionAndOrientation(body)
             q[at : at + 7] = *place, *np.roll(attitude, 1)
-            v[rate : rate + FREE] = np.ravel(client.getBaseVelocity(body))
+            v[rate : rate + FREE_VELOCITIES] = np.ravel(client.getBaseVelocity(body))
         for body, joint, at, rate in self.joints:
             q[at], v[rate] = client.getJointState(body, joint)[:2]
         return q, v
@@ -134,7 +136,7 @@ class World:
         client = self.client
         for body, _, rate in self.bases:
             linear = force[rate : rate + 3]
-            torque = force[rate + 3 : rate + FREE]
+            torque = force[rate + 3 : rate + FREE_VELOCITIES]
             centre, _ = client.getBasePositionAndOrientation(body)
             client.applyExternalForce(body, -1, linear, centre, client.WORLD_FRAME)
             client.applyExternalTorque(body, -1, torque, client.WORLD_FRAME)
@@ -211,11 +213,11 @@ class BulletModel:
         return self.world.advance(force, steps)
 
 
-def _frame(client: Any, body: int) -> Frame:
+def _frame(client: Any, body: int) -> FreeJointFrame:
     """The conversion between the pose of a floating body and Bullet's coordinates, which are the
     place of its centre of mass and its attitude."""
     arm = client.getDynamicsInfo(body, -1)[3]
-    return Frame(
+    return FreeJointFrame(
         lambda place, attitude: np.concatenate([place + rotation(attitude) @ arm, attitude]),
         lambda q: (q[:3] - rotation(q[3:]) @ arm, q[3:]),
         linear_first=True,

@@ -70,7 +70,7 @@ from plumbob.engines.own_motion import (
     Start,
     Stepped,
 )
-from plumbob.engines.peer_model import Joint, Layout
+from plumbob.engines.peer_model import Layout, ModelJoint
 from plumbob.models.border import must_be
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
@@ -244,7 +244,7 @@ class MujocoModel:
         drawn = np.split(model.qpos0, model.jnt_qposadr[1:])
         places = zip(model.jnt_qposadr, model.jnt_dofadr, sizes, drawn, strict=True)
         joints = (
-            Joint(model.joint(i).name, size, int(q), int(v), at)
+            ModelJoint(model.joint(i).name, size, int(q), int(v), at)
             for i, (q, v, size, at) in enumerate(places)
         )
         bodies = (model.body(i).name for i in np.flatnonzero(model.body_weldid))

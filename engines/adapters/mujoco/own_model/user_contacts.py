@@ -41,7 +41,7 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import (
 from plumbob.engines.adapters.mujoco.terms import integrator_of
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
-from plumbob.engines.own_contacts import Slide, Standing
+from plumbob.engines.own_contacts import SlideToRest, Standing
 from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.registry import method as find_method
@@ -136,7 +136,7 @@ class SettledFloor:
                 speeds.append(self._speed())
         return np.array(places), speeds[-1]
 
-    def slide(self, heading: float, speed: float, spin: float, duration: float) -> Slide:
+    def slide(self, heading: float, speed: float, spin: float, duration: float) -> SlideToRest:
         """Returns the slide of the body that begins at `speed` [m/s] along `heading` [rad], turning
         at `spin` [rad/s], for `duration` [s]."""
         self._begin()
@@ -147,7 +147,7 @@ class SettledFloor:
         places, last_speed = self._run(duration, PARTS, STILL * first_speed)
         axes = rotation(places[:, 3:])
         yaws = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
-        return Slide(
+        return SlideToRest(
             float(places[-1, :2] @ direction),
             float(yaws[-1] - yaws[0]),
             last_speed < RESTS * first_speed,
