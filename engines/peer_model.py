@@ -24,10 +24,11 @@ Terms = Mapping[str, Any]
 - "axes", if the engine's friction cone is a pyramid: the first axis of friction of each pair within
   its margin.
 """
+# numbers of velocities of a free joint and of a ball joint
 FREE_VELOCITIES, BALL_VELOCITIES = (
     6,
     3,
-)  # numbers of velocities of a free joint and of a ball joint
+)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ def processor_time() -> float:
     every few milliseconds on Linux."""
     try:
         import resource
-    except ImportError:  # Windows, where a worker sets no such limit
+    except ImportError:  # Windows, where a worker sets no limit on processor time
         return time.process_time()
     used = resource.getrusage(resource.RUSAGE_SELF)
     return used.ru_utime + used.ru_stime

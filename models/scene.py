@@ -179,8 +179,8 @@ class System:
 
     @property
     def model_file(self) -> ModelFile | None:
-        """The relation of a problem to the file `mjcf`; None if no engine makes a mechanism of the
-        file."""
+        """The functions that relate a problem to the file `mjcf`; None if engines do not build the
+        system from a file."""
         if not self.model_module:
             return None
         model_file: ModelFile = import_module(self.model_module).MODEL

@@ -56,8 +56,8 @@ class NPendulum:
                 check(name, value)
 
     def each(self, name: str) -> tuple[Any, ...]:
-        """Returns the numbers of the field `name`, shape (n,). Raises ParameterError if their count
-        is wrong."""
+        """Returns one number of the field `name` for each pendulum. A field that is a single number
+        gives the same number n times. Raises ParameterError if the field has another count."""
         value: Any = getattr(self, name)
         count = len(self.angles)
         if not isinstance(value, Sequence) or isinstance(value, str):

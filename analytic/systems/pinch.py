@@ -66,7 +66,8 @@ class Pinch(LinearResponse):
         return {"slip": zeros, "speed": zeros}
 
     def uncertainty(self, times: Array) -> Signals:
-        """Scale of the round-off of each observable, shape (n,), though rest is exact: the last
-        place of the edge [m], and of a speed gained over the edge [m/s]."""
+        """Returns the uncertainty of each observable, shape (n,). The exact motion is rest, so that
+        the uncertainty is a scale of rounding: one unit in the last place of the edge length [m],
+        and of the speed that a body gains over this length [m/s]."""
         slip = np.full(len(times), ULP * self.size)
         return {"slip": slip, "speed": slip * math.sqrt(self.load / self.mass / self.size)}

@@ -47,6 +47,7 @@ EVERY = (
     "capsule-plan/near-free",
 )
 model_error = partial(registry.model_error, engine="mujoco")
+# fields of an mjData
 LOADED = (
     "qpos",
     "qvel",
@@ -54,7 +55,7 @@ LOADED = (
     "ctrl",
     "qfrc_applied",
     "qacc_warmstart",
-)  # fields of an mjData
+)
 
 
 def ported(name: str, integrator: str, systems: tuple[str, ...], **settings: Any) -> Method:
@@ -135,6 +136,8 @@ def built(port: Any, translation: Any, step: float) -> Built:
         return translation.observed(qpos, qvel)
 
     def advance(first: int, last: int) -> None:
+        """Takes the steps from number `first` to `last`, with the controls of these steps if the
+        scene has a control."""
         steps = np.arange(first, last, dtype=np.float64)
         controls = translation.held_controls(steps, step)
         if controls is None:

@@ -64,8 +64,8 @@ class CertifiedGradient:
     of: tuple[str, ...]  # names of the coordinates
     # Names of the numbers: of the start, and constant additions to controls
     by: tuple[str, ...]
-    exact: Array  # at the ends of periods, shape (n, coordinates, numbers); NaN if not known
-    uncertainty: Array  # uncertainty of the largest entry, shape (n, numbers)
+    exact: Array  # at the ends of periods, shape (n, coordinates, parameters); NaN if not known
+    uncertainty: Array  # uncertainty of the largest entry, shape (n, parameters)
     times: Array  # [s], shape (n,)
     ways: tuple[RunDerivatives, ...]
     predicted_eps: float  # best eps of a central difference

@@ -70,7 +70,7 @@ STILL = 10.0  # growth of a nudge much later: if it is less, the first nudge met
 FINER = 4
 LEAST, MOST = 50, 400  # fewest and most steps of a nudged run
 PATIENCE = 2.0  # multiple of the time allowed after which the search ends
-FINE = 8  # steps in place of one for the motion of a model that a remedy changes
+FINE = 8  # steps in place of each step, for the motion of a model that a remedy changes
 HELPS = 1.1  # least factor by which a remedy raises the limit
 # Least factor by which a remedy raises the limit of the Jacobian at the state that sets it
 RAISED = 1.05

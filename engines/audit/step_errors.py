@@ -164,8 +164,9 @@ def errors_at_halved_steps(
     own step is run regardless of the time."""
     reached = reference.known
     ends = time.process_time() + seconds
-    usual = round(script.period / model.step)
+    usual = round(script.period / model.step)  # steps of the model in a control period
     errors: list[StepError] = []
+    # Steps in a control period of the next run of each integrator, which doubles from run to run
     going = {name: usual // 2 if usual % 2 == 0 else usual for name in integrators}
     while going:
         for name, parts in list(going.items()):

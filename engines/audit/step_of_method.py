@@ -34,8 +34,10 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
 MUJOCO = "mujoco"  # the engine of the model files
-INTEGRATOR = "integrator"  # the only setting of a method that is a plain integrator of MuJoCo's
-DISCRETE = "discrete"  # an integrator of MuJoCo's that audits do not try
+INTEGRATOR = (
+    "integrator"  # the only setting of methods that merely choose an integrator of MuJoCo
+)
+DISCRETE = "discrete"  # an integrator of MuJoCo that audits do not try
 HANGS = 60.0  # [s] time in addition to the run: an engine is loaded
 
 

@@ -147,7 +147,9 @@ def term_differences(
     precision: float,
     integrators: tuple[str, str],
 ) -> list[TermDifference]:
-    """Returns the terms that differ, in order. `integrators` are as in `step_differences`."""
+    """Returns the terms of the equation of motion that differ between the file, as MuJoCo reads
+    it, and the engine, in the order of TERMS. If no term differs, returns the differences of steps;
+    `integrators` are those of `step_differences`. `looks` are the terms at some states."""
     overall = (
         ROUNDINGS * precision * max(look.size(total_force(look.of_file)) for look in looks)
     )

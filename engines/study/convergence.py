@@ -68,9 +68,9 @@ def convergence_study(
 ) -> ConvergenceStudy:
     """Runs a scene with a method from coarse to fine steps: the given step sizes, or those of the
     method or the scene, without runs of more than `most_steps`. It stops two step sizes after the
-    error has reached its floor. If no theory covers the method, steps between these are run too.
-    The step at which methods are compared is run in any case, and a step that `seed` draws if it is
-    given."""
+    error has reached its floor. If no theory covers the method, further steps between these are
+    run. The step at which methods are compared is always run. If a `seed` is given, one more step
+    is run, which the seed chooses at random."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)

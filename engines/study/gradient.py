@@ -106,7 +106,7 @@ class Gradient:
     exact: float = math.nan
     uncertainty: float = math.nan  # uncertainty of the exact derivative
     no_exact: str = ""  # why there is no exact derivative
-    why: str = ""  # why the way is unsupported; empty if it is not
+    why: str = ""  # why this way of differentiating is unsupported; empty if it is supported
     # Exact one-sided derivatives, if there is no other
     one_sided: tuple[float, float] | None = None
     # Differences with falling eps; empty if the way is unsupported
@@ -205,8 +205,8 @@ class _Runs:
     ends: dict[float, Mapping[str, _End]] = field(default_factory=dict)
 
     def at(self, value: float) -> Mapping[str, _End]:
-        """Returns the ends of the run in which the number has this value. Raises ParameterError and
-        Unsupported."""
+        """Returns {observable: value at the end} of the run whose varied parameter has this
+        `value`. Each run is made once and kept. Raises ParameterError and Unsupported."""
         if value not in self.ends:
             self.ends[value] = self._run_ends(self.number.moved(value))
         return self.ends[value]

@@ -22,13 +22,14 @@ from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
 MAX_LONG_RUN_STEPS = 1_000_000  # largest number of steps of a run: a second in MuJoCo
+# steps of the first run, and the factor from one run to the next
 FIRST_STEPS, RUN_LENGTH_FACTOR = (
     1_000,
     4,
-)  # steps of the first run, and the factor from one run to the next
+)
 A_PERIOD = 100  # preferred number of steps in a period of the fastest mode
-OF_A_SOLVER = 1e3  # approximate steps in a period of a solver that chooses its steps
-A_SAMPLE = 16.0  # samples in a fastest period, within which errors come and go
+OF_A_SOLVER = 1e3  # assumed number of steps in a period, of a solver that chooses its steps
+A_SAMPLE = 16.0  # samples in a period of the fastest mode: errors oscillate within the period
 MOST_SAMPLES = 50_000  # largest number of samples of a run
 DOUBT = 0.2  # largest uncertainty of the exact motion, as a fraction of the smallest level
 SHARP = 4.0  # standard errors by which a drift of the energy must differ from zero
@@ -63,7 +64,8 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
     most_steps: int = MAX_LONG_RUN_STEPS  # largest number of steps of a run
 
     def made(self, scene: Scene, method: Method) -> MeasuredLongRun:
-        """The times that runs show; raises ParameterError."""
+        """Measures at which times [s] the error of a run reaches each of LEVELS. Runs become longer
+        until all levels are reached or the reason to stop is known. Raises ParameterError."""
         case = case_of(scene)
         theory = stability_of(case)
         if theory is None:

@@ -18,6 +18,7 @@ from plumbob.models.entry_points import plugin_versions as added_versions
 
 DIGITS = ("numpy-quaddtype", "gmpy2")  # packages for 34 digits, of which one is used
 PACKAGES = ("numpy", "scipy", *DIGITS, "mujoco", "pymunk", "heyoka", "plotly")
+# where installed
 PEERS = (
     "dartpy",
     "drake",
@@ -28,7 +29,7 @@ PEERS = (
     "newton",
     "pin",
     "pybullet",
-)  # where installed
+)
 OF_ENGINES = MappingProxyType(
     {
         "drake": ("drake",),

@@ -209,7 +209,8 @@ def pairs(scenes: Sequence[Scene], methods: Sequence[Method]) -> list[tuple[Scen
 
 
 def predicted_work(scene: Scene, method: Method, profile: Profile) -> float:
-    """The approximate number of steps of a pendulum that take as long as the runs of a pair."""
+    """Returns the predicted work of all runs of a scene with a method. The unit of work is one
+    step of a simple pendulum."""
     most = most_steps(scene, profile)
     steps = (*chosen_step_sizes(scene, method, most), *steps_beside(scene, method, most))
     return work_of(scene, method, steps)

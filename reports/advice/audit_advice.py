@@ -57,9 +57,8 @@ class StepChoice:
     step: float  # [s]
     # [m] the largest error at this step and at all smaller steps of the integrator that were run
     error: float
-    cost: (
-        Ratio | None
-    )  # in multiples of the cost of the model's own step; None if that diverges
+    # in multiples of the cost of the model's own step; None if that diverges
+    cost: Ratio | None
     # {attribute of the file's options: (its value, the value to put in its place)}
     options: Mapping[str, tuple[str, str]]
     # Whether the engine would soften contacts that act at this step, unless refsafe is disabled.
@@ -222,11 +221,10 @@ class AuditAdvice:
     better: StepChoice | None = None  # the choice for the largest target below the own error
     # The choice for the smallest target that the own error reaches, if it saves computing time.
     enough: StepChoice | None = None
-    accurate: bool = False  # whether the own error is below every target
-    model_effects: tuple[ModelEffect, ...] = ()  # what no step helps against
-    near_limit: float | None = (
-        None  # [s] the largest step that holds, if the own is too near it
-    )
+    accurate: bool = False  # whether the error at the model's own step is below every target
+    model_effects: tuple[ModelEffect, ...] = ()  # errors that no step reduces
+    # [s] the largest step that holds, if the model's own step is too near it
+    near_limit: float | None = None
     known_until: float | None = None  # [s] end of the certified motion, if that is short
     larger_budget: bool = False  # whether more computing time certifies more
     more_iterations: bool = False  # whether the constraint solver stops at its cap

@@ -42,9 +42,8 @@ class Choice:
     ns_per_second: float  # [ns] wall time per simulated second
     measured: bool = True  # whether this very step was run
     surrogate: str = ""  # reason why the model is not the full body; empty for a full model
-    limit: SmallestLimit | None = (
-        None  # the smallest limit of the step on the scenes asked about
-    )
+    # the smallest limit of the step on the scenes asked about
+    limit: SmallestLimit | None = None
     margin: float | None = None  # ratio of the limit to this step
     limited: bool = False  # a larger step may reach the error, but is too near the limit
 

@@ -76,9 +76,9 @@ def error_or_infinity(run: Measurement, quantities: Quantities) -> float:
 
 
 def errors_converge(curve: Iterable[tuple[float, float]]) -> bool:
-    """Whether errors converge. `curve` are pairs of step and error. They must be _LEAST_RUNS or
-    more and span four octaves or more. The largest error must be larger than the error at the
-    smallest step by the square root of the ratio of the steps, or more."""
+    """Returns whether errors converge. `curve` has pairs of a step and an error, at least
+    _LEAST_RUNS pairs over at least four octaves. Errors converge if the largest error is at least
+    the square root of (largest step / smallest step) times the error at the smallest step."""
     finite = sorted((step, error) for step, error in curve if math.isfinite(error))
     if len(finite) < _LEAST_RUNS:
         return False

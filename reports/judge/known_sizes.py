@@ -37,9 +37,9 @@ def size_mismatch(known: Size, errors: Mapping[float, float], factor: float = FA
 
 
 def run_size_mismatch(known: Size, step: float, error: float) -> str:
-    """Message if the relative error of one run at `step` [s] lies outside the range of the known
-    errors, widened by FACTOR; empty if it does not, or at a step outside the known range of
-    steps."""
+    """Returns a message if the relative error of one run at `step` [s] lies outside the range of
+    the known errors, widened by FACTOR. The message is empty if the error lies within the range.
+    It is also empty if the step lies outside the steps of the known errors."""
     if not _in_range(step, known.coarsest, known.fine):
         return ""
     return _error_mismatch(error, known.low, known.high)

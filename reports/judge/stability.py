@@ -15,7 +15,8 @@ from plumbob.engines.study.stability import MeasuredLimit, SceneLimits, Stabilit
 # an equilibrium eigenvalues set the limit. Elsewhere the limit is the step at which chaos begins,
 # and depends on the start too.
 AT_EQUILIBRIUM, AWAY_FROM_EQUILIBRIUM = 0.02, 0.1
-KNOWN_RATIO = 0.02  # largest relative difference from the ratio of a known limit
+# largest relative difference between a measured ratio and the ratio that a known limit states
+KNOWN_RATIO = 0.02
 LimitVerdict = Literal["predicted", "off-prediction", "measured"]
 
 

@@ -165,7 +165,8 @@ class MethodResult:
 
     @property
     def at_default(self) -> ShownError:
-        """The error at the step, or tolerance, nearest to that of the default settings."""
+        """The error of the run nearest to the default settings. These are MuJoCo's default
+        step and, for a method that is controlled by a tolerance, scipy's default tolerance."""
         default = LARGEST_STEP if self.method.control == "step" else LOOSEST
         nearest = min(self.errors, key=lambda step: abs(math.log(step / default)))
         return self._at(nearest)

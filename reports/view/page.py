@@ -29,9 +29,8 @@ if TYPE_CHECKING:
 
 PAGE_TEMPLATES = Path(__file__).parents[1] / "templates" / "site"
 INDEX_PAGE = "index.html"
-SPACE_BEFORE_UNIT = re.compile(
-    r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))"
-)  # no line ends before one
+# no line ends before one
+SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))")
 INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # indents and comments of a script
 CODE = re.compile("`([^`]+)`")
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
@@ -44,9 +43,8 @@ class Plots:
     """The parts of one page that its script shows on demand, collected while the template is
     filled: pictures, the data of plotly's figures, folded tables and the data of a replay."""
 
-    folder: str | None = (
-        None  # path from the page to the files; None: everything is in the page
-    )
+    # path from the page to the files; None: everything is in the page
+    folder: str | None = None
     page: str = ""  # name of the page
     # data and layout of each figure in plotly's format
     data: list[Mapping[str, Any]] = field(default_factory=list)

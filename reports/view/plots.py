@@ -18,12 +18,13 @@ from plumbob.reports.view.method_results import MethodResult, finite_limits
 from plumbob.reports.view.palette import Style
 from plumbob.reports.view.tables import figures
 
+# names of observables with their symbols in formulas
 GREEK = (
     ("theta", "θ"),
     ("theta_dot", "dθ/dt"),
     ("psi", "ψ"),
     ("phi", "φ"),
-)  # names of observables with their symbols in formulas
+)
 
 
 def symbol(name: str) -> str:

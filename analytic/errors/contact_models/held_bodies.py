@@ -63,7 +63,9 @@ def stack_errors(stack: Stack) -> StepErrors:
 
 
 def fingertip(pinch: Pinch) -> HeldContact:
-    """Returns the contact of one of the fingers."""
+    """Returns the contact of one finger. `load` is the force of this finger on the body, which the
+    scene gives for each finger; the body's mass and pull are shared by all fingers. `weight` is the
+    inverse effective mass of the contact [1/kg]."""
     return HeldContact(
         load=pinch.normal_force,
         friction=pinch.friction,

@@ -128,10 +128,9 @@ class SampledMotion:
     def bounds(self, error: BodyError, step: float, loads: Sequence[float] = ()) -> Bounds:
         """Returns the bound on every observable from an `error` of the body, for a `step` [s].
 
-        An error of the heading moves C about the combined centre and changes the direction of its
-        path. Friction stops an error of the velocity within a step. `loads` are further bounds on
-        the N_i [N].
-        """
+        C is the body's reference point. An error of the heading turns C about the combined centre
+        of mass and changes the direction of C's path. Friction stops an error of the velocity
+        within a step. `loads` are further bounds on the N_i [N]."""
         capsule = self.capsule
         mu = capsule.mass_ratio
         arm = mu * self.place

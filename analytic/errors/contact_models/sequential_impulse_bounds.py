@@ -45,11 +45,11 @@ from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 USED_UP = 0.02  # calibrated: spare fraction of the friction limit below which iterations stall
-# calibrated: residual fraction of a velocity then; 7e-3 with 50 iterations
+# calibrated: fraction of a velocity that the iterations leave; 7e-3 with 50 iterations
 RESIDUAL_FRACTION = 1e-2
 # Friction that changes by more than this fraction of its limit between samples has jumped. In each
-# phase friction is constant but for rounding. The slow return of repeated manoeuvres begins with a
-# jump of 0.1.
+# phase friction is constant but for rounding. The slider's slow return in repeated
+# manoeuvres begins with a jump of 0.1.
 FRICTION_JUMP = 1e-3
 AT_SWITCH = 1e-9  # [s] an event this close to a switch of the slider is caused by the switch
 

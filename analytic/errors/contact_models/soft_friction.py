@@ -51,9 +51,8 @@ def depth_under(point: SoftPoint, push: float, step: float) -> float:
         return 0.0
     stiffness, _ = rates(point, step)
     least_impedance = point.impedance[0]
-    deepest = push / (
-        stiffness * least_impedance**2
-    )  # as if the impedance did not rise with depth
+    # as if the impedance did not rise with depth
+    deepest = push / (stiffness * least_impedance**2)
 
     def excess_force(depth: float) -> float:
         d = impedance(point, depth)

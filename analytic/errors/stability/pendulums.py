@@ -210,9 +210,8 @@ class PendulumStability:
         """Returns the limits of a scheme by trial steps."""
         scales = [1.0, self.rate]
         if scheme.joint_closing_rate is not None:
-            scales.append(
-                self.rate
-            )  # the speed of a jointed bob is a further part of the state
+            # the speed of a jointed bob is a further part of the state
+            scales.append(self.rate)
         motion = SteppedMotion(
             begin=partial(many_steps, self.rotor, self.start, scheme),
             names=ANGLE_AND_RATE,

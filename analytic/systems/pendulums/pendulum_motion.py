@@ -26,7 +26,7 @@ from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array, Signals, remembered
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
-# number of times from which a table is used: the closed form takes 0.2 s, the table 0.02 s
+# A table is used for at least this many times: the closed form then takes 0.2 s, the table 0.02 s.
 TABLE_FROM = 50_000
 
 

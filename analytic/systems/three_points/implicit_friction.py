@@ -64,8 +64,9 @@ class FrictionProblem(NamedTuple):
 
 
 def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
-    """Returns the velocities after a step that would end with the velocities `free` without
-    friction. The velocities `near`, from the previous step, are the first guess."""
+    """Returns the velocities after a step. They minimise the sum of the kinetic energy relative to
+    the velocities `free`, which the step would have without friction, and the work of friction. The
+    velocities `near`, from the previous step, are the first guess."""
     force, torque = problem.mass * free[0], problem.inertia * free[1]
     if surely_sticks(problem.limits, problem.arms, force, torque):
         return ZERO_SLIP

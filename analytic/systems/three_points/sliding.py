@@ -263,9 +263,10 @@ def _continuation_plan(
 
 
 def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
-    """Returns the length in sigma over which the fastest falling of the support `speeds` is reduced
-    to round-off, compared with the scale `speed` and with `fastest` [m/s]. `decay` are the rates at
-    which the logarithms of the speeds fall."""
+    """Returns the length in sigma, the variable of integration, over which one of the support
+    `speeds` [m/s] falls to round-off. It is the speed that falls fastest. `decay` has the rates at
+    which the logarithms of the speeds fall, per unit of sigma. The end speed is a small fraction of
+    the scale `speed` or of the `fastest` speed of the motion, whichever is larger."""
     first = int(np.argmax(decay))
     if not decay[first] > 0.0:
         return float(np.inf)

@@ -194,7 +194,7 @@ def _add_joint(
     if joint.kind == "ball":
         return dart_joint, node
     dart_joint.setAxis(joint.axis)
-    reference = float(joint.reference[0])  # DART's coordinate is 0 in the drawing
+    reference = float(joint.reference[0])  # DART's coordinate is 0 in the pose of the file
     dart_joint.setSpringStiffness(0, joint.stiffness)
     dart_joint.setRestPosition(0, float(joint.rest[0]) - reference)
     dart_joint.setCoulombFriction(0, float(joint.friction_loss[0]))

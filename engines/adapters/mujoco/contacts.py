@@ -52,11 +52,12 @@ SETTLING = 4.0  # calibrated factor on a part of a drift: tests/on_plane/test_he
 OVERSHOOT = 2.0  # calibrated factor on a deflection with a damping ratio of 0.3
 
 PairFields = Options
+# options of a model that change contacts
 OWN_OPTIONS = (
     "cone",
     "impratio",
     "noslip_iterations",
-)  # options of a model that change contacts
+)
 OWN_ENDS = ("tolerance", "noslip_tolerance")  # solver's tolerances, which stand beside contacts
 
 
@@ -65,9 +66,8 @@ class ContactProfile:
     """Settings of contacts, and what theory needs of them."""
 
     options: Options = field(default_factory=dict)  # options of the model
-    pair: Callable[[float], PairFields] = (
-        lambda step: {}
-    )  # step [s] -> fields of a contact pair
+    # step [s] -> fields of a contact pair
+    pair: Callable[[float], PairFields] = lambda step: {}
     softening: float = 1.0
     """Factor by which `body_invweight0` of bodies in contact is overstated."""
     soft: SoftPoint = field(default_factory=SoftPoint)  # the contact, if it does not converge

@@ -125,9 +125,8 @@ def _of_file(path: Path) -> Any:
     regular_file("model", path, LARGEST_COMPILED)
     with _refused("model", str(path), "a model that this MuJoCo has compiled"):
         model = mujoco.MjModel.from_binary_path(str(path))
-        mujoco.MjData(
-            model
-        )  # a trial within the limit on memory: data may need more than the model
+        # a trial within the limit on memory: data may need more than the model
+        mujoco.MjData(model)
         return model
 
 

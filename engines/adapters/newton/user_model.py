@@ -43,7 +43,8 @@ def _read(path: Path) -> tuple[Any, Any]:
             values[:] = values[order]
     for joint in np.flatnonzero(file.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)):
         place = file.jnt_qposadr[joint]
-        # Newton drops the joint's reference coordinate, the difference [rad] or [m].
+        # Newton drops the joint's reference coordinate: the two coordinates [rad] or [m] of the
+        # start differ by it.
         shift = file.qpos0[place] - read.qpos0[place]
         read.qpos0[place] += shift
         read.qpos_spring[place] += shift

@@ -47,7 +47,7 @@ UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 ORIGIN = np.zeros(3)
 NO_INERTIA = np.zeros((3, 3))
 BASE = -1  # number of a multibody's base among its links
-NONE = -1  # stands for the world in place of the number of a tree
+NONE = -1  # number in place of a tree's number that means the world
 
 LinkKey = tuple[int, int]
 """The number of a multibody, and the number of one of its links."""

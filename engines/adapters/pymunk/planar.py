@@ -93,9 +93,8 @@ def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
     wheels = alone and (weightless or rate is not None)
     bodies = [_as_body(mechanism, link, wheels) for link in links.all]
     planar = Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)
-    assembled(
-        planar, planar.links.poses(start)
-    )  # raises Unsupported now, and not when it is put
+    # raises Unsupported now, and not when it is put
+    assembled(planar, planar.links.poses(start))
     return planar
 
 

@@ -55,6 +55,8 @@ def _built(scene: Translation, step: float) -> Built:
                 move(step)
 
     def advance(first: int, last: int) -> None:
+        """Takes the steps from number `first` to `last`; the step `first` is followed step by step
+        if a follower is given."""
         nonlocal taken
         taken, middle = last, first
         if following is not None:

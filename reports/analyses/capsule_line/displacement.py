@@ -84,8 +84,8 @@ def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequen
 
 
 def _converge(numbers: Record) -> Claims:
-    """Returns the check that contacts which do not converge have a larger error than those that
-    do."""
+    """Returns the check that the smallest error of the contacts that do not converge is clearly
+    larger than the error of the contacts that converge."""
     if numbers.good is None or numbers.bad is None:
         return ()
     text = "errors of contacts that do not converge, and of those that do"

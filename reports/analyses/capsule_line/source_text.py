@@ -37,8 +37,9 @@ def time_exponents(line: LineManoeuvre) -> tuple[float, float]:
 
 
 def balance_residual(line: LineManoeuvre) -> float:
-    """Returns the largest residual of eqs. 8 and 9 with F eliminated, over the weight. It is
-    evaluated at times within each interval, with accelerations from differences of velocities."""
+    """Returns the largest residual of the momentum balance of the whole robot (eqs. 8 and 9
+    without the driving force F), divided by the weight. It is evaluated at two times within each
+    interval between switches, with accelerations from differences of velocities."""
     switches = np.array([0.0, line.t1, line.t_star, line.t2])
     times = (switches[:-1] + np.diff(switches) * np.array([[0.3], [0.7]])).ravel()
     h = 1e-3 * float(np.diff(switches).min())

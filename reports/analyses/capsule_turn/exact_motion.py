@@ -19,14 +19,16 @@ from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
 
+# [rad] body angle at 2 tau by epsilon
 CHECKED_BODY_ANGLES = MappingProxyType(
     {0.3: -0.9068671274, 0.1: -0.9888885424, 0.03: -0.9989925407, 0.01: -0.9998879884}
-)  # [rad] body angle at 2 tau by epsilon
+)
 # indices of TURN_EPSILONS whose fourth-order errors are far above rounding
 SLOPES = slice(1, 5)
+# a body with the mass near C, whose supports move more easily in one direction than in the other
 SLENDER = MappingProxyType(
     {"inertia": 0.002, "radius": 0.12, "angular_acceleration": 130.0, "half_time": 0.08}
-)  # a body with the mass near C, whose supports move more easily in one direction than in the other
+)
 TIMES_BESIDE_STOP = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] times before and after the stop of a support
 
 

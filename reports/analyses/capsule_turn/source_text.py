@@ -87,9 +87,10 @@ def numbers(study: Study) -> Record:
     rate = known["angular_velocity_at_stop"]
     momentum_residual = abs(velocity_by_friction / velocity - 1.0)
     return Record(
-        # largest relative residual of the balances of momentum and angular momentum until 2 tau
+        # largest relative residual of the balances of momentum and angular momentum until the time
+        # 2 tau
         imbalance=max(momentum_residual, abs(integral / rate - 1.0)),
-        friction=friction,  # largest |R| over R_0
+        friction=friction,  # largest friction force |R|, divided by its limit R_0
         integral=integral,  # [rad/s] integral of R until 2 tau
         rate=rate,  # [rad/s] angular velocity of the body at 2 tau
         gap=abs(integral / rate - 1.0),

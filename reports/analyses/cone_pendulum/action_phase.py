@@ -22,10 +22,11 @@ from plumbob.reports.analyses.measurements import MEASURED_PERIODS, in_double, p
 
 ACTION_STEP = 2e-4  # [s]
 DEEP_WELL, SHALLOW_WELL = 1.5262823409896228, -1.4708157898939431  # [rad] wells at 26 rad/s
+# theta [rad], theta_dot [rad/s]
 WELLS_AND_SPEEDS = (
     *((DEEP_WELL, speed) for speed in (5.0, 20.0, 33.0, 34.5, 36.0, 36.5, 40.0, 48.0, 60.0)),
     *((SHALLOW_WELL, speed) for speed in (3.0, 10.0, 13.0)),
-)  # theta [rad], theta_dot [rad/s]
+)
 HIGHEST = 1100.0  # [J] highest energy of the curves
 
 

@@ -185,7 +185,7 @@ def period_map(pendulum: ConePendulum, axis: str, values: Array) -> Record:
         places=values,  # [m]
         powers=np.log10(periods / pendulum.motion.period),
         rotating=turning.mean(),  # fraction of the map in which the pendulum rotates
-        # platform rates and values between which the pendulum begins to rotate
+        # boundary of rotation: platform rates, and the start values at the boundary
         edge=(SPEED_MAP_RATES[edge[:, 1]], middles[edge[:, 0]]),
         shortest=np.nanmin(periods),  # [s]
         longest=np.nanmax(periods),

@@ -20,6 +20,7 @@ from plumbob.reports.judge.model_readers import (
     ignored_options,
 )
 
+# measured by reading a file; a test repeats the reading with the installed engines
 READER_RECORDS: Mapping[str, Record] = MappingProxyType(
     {
         "dart": Record(version="6.20.0", read=("mass", "damping", "friction")),
@@ -39,7 +40,7 @@ READER_RECORDS: Mapping[str, Record] = MappingProxyType(
         ),
         "pybullet": Record(version="3.2.7", read=("mass", "friction")),
     }
-)  # measured by reading a file; a test repeats the reading with the installed engines
+)
 
 
 def requests(plan: StudyPlan) -> Sequence[ModelReading]:

@@ -22,6 +22,7 @@ from plumbob.reports.analyses.replay.runs import RECOMMENDED_SETTINGS, shown_run
 from plumbob.reports.analyses.replay.samples import REPLAY_SAMPLES, Samples, encode_samples
 from plumbob.reports.records.page_records import Layer, Replay
 
+# function that makes the picture, by the family of the system
 PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
     {
         "capsule": capsule_picture,
@@ -29,7 +30,7 @@ PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
         "free_body": body_picture,
         "simple_pendulum": pendulum_picture,
     }
-)  # function that makes the picture, by the family of the system
+)
 TRUTH = Layer("exact", "exact answer", "")
 Drawn = tuple[Layer, Samples]  # layer, and samples of a motion or of a run's deviations from it
 MAX_FACTOR_EXPONENT = 12  # exponent of ten of the largest magnification of errors

@@ -18,10 +18,11 @@ from plumbob.reports.records import notation
 OWN_SETTINGS, RECOMMENDED_SETTINGS = "your settings", "recommended settings"
 SMOOTH_METHODS = ("mujoco/rk4+midpoint", "mujoco/rk4")  # the first reads a control at mid-step
 ON_LINE = ("mujoco/euler+coulomb", "mujoco/euler+stiff")  # methods whose contacts converge
+# for turning bodies: RK4's error is up to 100 times less
 IN_PLANE = (
     "mujoco/rk4+coulomb",
     *ON_LINE,
-)  # for turning bodies: RK4's error is up to 100 times less
+)
 PLANE_SYSTEMS = ("capsule-coast", "capsule-plan", "capsule-turn")
 MIN_REPLAY_STEPS = 100  # fewest steps of a run in a replay
 MOST_SECONDS, MOST_SWINGS, MOST_MANOEUVRES = 100.0, 40, 10  # [s], periods, and repetitions

@@ -116,8 +116,9 @@ def _makers(root: Element, part: Path) -> Makers:
 
 
 def _part_in_text(change: Change, makers: Makers) -> Change | None:
-    """Returns the part of a change that the text can express: elements of which all geoms are
-    changed. None if there is none."""
+    """Returns the part of a change that the text of the model file can express, or None. An
+    element of the text, such as a default class, may make several geoms. The text can express a
+    change only if it changes all geoms of an element. `makers` are {(kind, index): XML element}."""
     sets = []
     before = 0
     after = 0

@@ -44,6 +44,7 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
     excess of a joint or tendon over its limit, and largest violation of an equality [m or rad]. A
     reading that is 0 in all states is left out; NaN stands for a state that is not finite."""
     measured = np.full((len(NAMES), len(states)), np.nan)
+    # The whole mass if a joint is free; 0 otherwise, which leaves the momentum out.
     free = model.body_subtreemass[0] * (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any()
     for k, state in enumerate(states):
         if np.isfinite(state).all():
