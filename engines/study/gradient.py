@@ -218,9 +218,8 @@ class _Runs:
         if measured.status != "done" or run is None:
             raise Unsupported(measured.reason or measured.status)
         scheme = scheme_of(case, self.method)
-        times = run.times.tobytes()
         powers, *_ = expected_series(
-            Same(case.reference), Same(case.errors), scheme, self.step, times
+            Same(case.reference), Same(case.errors), scheme, self.step, run.times.tobytes()
         )
         series = [powers[power] for power in sorted(powers)]
         ends = {}

@@ -29,7 +29,7 @@ SLOPE_DISTANCE = (
     1e-3  # distance on either side over which slopes are taken, as a fraction of the side
 )
 # Parameters whose slopes have a larger condition number, and so a correlation beyond 0.9998, cannot
-# be told apart.
+# be distinguished.
 LARGEST_CONDITION = 1e2
 
 

@@ -14,7 +14,7 @@ from plumbob.reports.analyses.measurements import (
     problem,
 )
 
-TRAIN_STEP = 1e-3  # [s]
+COMPARED_STEP = 1e-3  # [s]
 GOOD = 1e-3  # relative error of a method whose contacts converge
 
 
@@ -38,7 +38,7 @@ def numbers(study: Study) -> Record | None:
         once=repeated.manoeuvre.displacement,  # [m] exact, by one manoeuvre
         fraction=repeated.fraction,  # fraction of the friction limit used by the slow return
         period=repeated.period,  # [s]
-        step=TRAIN_STEP,
+        step=COMPARED_STEP,
         duration=repeated.count * repeated.period,  # [s] all manoeuvres
         sizes=sizes,  # magnitudes of the relative errors, in ascending order
         within=[size for size in sizes if size <= GOOD],
@@ -49,7 +49,7 @@ def numbers(study: Study) -> Record | None:
 def _total(study: Study, scene: str, repeated: RepeatedLine, method: str) -> Record | None:
     """Returns a method's total displacement, its relative error, and the cost of one manoeuvre;
     None if the method did not run."""
-    run = find_measurement(study, scene, method, TRAIN_STEP)
+    run = find_measurement(study, scene, method, COMPARED_STEP)
     if run is None:
         return None
     error = run.errors["displacement"]

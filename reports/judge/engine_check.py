@@ -209,8 +209,7 @@ def check_samples(checked: CheckedMethod) -> str:
         if solver:
             largest_change = np.abs(np.diff(exact[name])).max()
             on_time = np.abs(error).max() <= LARGEST_DELAY * largest_change
-            late = f"more than {LARGEST_DELAY:g} of a sample"
-            _require(on_time, f"{name} is late by {late}")
+            _require(on_time, f"{name} is late by more than {LARGEST_DELAY:g} of a sample")
     if not solver:
         _check_first_step(case, checked.run(case.lasting(step), step), step)
         for sample in {1, len(run.times) // 2}:

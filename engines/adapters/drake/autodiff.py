@@ -29,8 +29,9 @@ def derivatives(
     if method.control == "tolerance":
         raise Unsupported("derivatives by AutoDiffXd need a discrete plant")
     steps = step_count(duration, step)
-    starts = [_start(scene, method, step, steps) for scene in scenes]
-    steppers, constants = zip(*starts, strict=True)
+    steppers, constants = zip(
+        *(_start(scene, method, step, steps) for scene in scenes), strict=True
+    )
     if not all(map(np.array_equal, constants[0], constants[2])):
         raise Unsupported("the number is no parameter in a context of Drake")
     end = _end_state(steppers, difference, steps, step)

@@ -97,8 +97,7 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
     any_axis = turn @ direction / norm(direction)
     if other.kind == "box":
         radius = CORNER * float(other.size.min())
-        corners = product((-1, 1), repeat=3)
-        places = (np.array(corner) * (other.size - radius) for corner in corners)
+        places = np.array(list(product((-1, 1), repeat=3))) * (other.size - radius)
         return [(place, radius, any_axis) for place in places]
     if other.kind == "sphere" and other.size[0] > POINT:
         axis = _only_axis(mechanism, other.body, normal)

@@ -152,8 +152,9 @@ class ExudynStepper:
                 position[:, -4:] = _continuous(position[:, -4:], latest)
             positions.append(position)
             velocities.append(rates)
-        qpos = np.concatenate(positions, axis=1)
-        return list(map(State, qpos, np.concatenate(velocities, axis=1)))
+        return list(
+            map(State, np.concatenate(positions, axis=1), np.concatenate(velocities, axis=1))
+        )
 
     def _stored(self, sensor: int) -> Array:
         """The values that a sensor has kept: for each step a row with the time and the

@@ -79,8 +79,9 @@ def numbers(study: Study) -> Record:
     motion = problem(scene_name(VISIBLE_EPSILON)).motion.single
     known = facts(VISIBLE_EPSILON)
     velocity = centre_velocity(manoeuvre, motion)
-    rest_phase = known["rest_time"] / manoeuvre.half_time
-    at_stop, at_rest = exact_course(VISIBLE_EPSILON, np.array([2.0, rest_phase]))[1]
+    at_stop, at_rest = exact_course(
+        VISIBLE_EPSILON, np.array([2.0, known["rest_time"] / manoeuvre.half_time])
+    )[1]
     many = problem(THOUSAND).motion
     friction, integral, velocity_by_friction = friction_effects(manoeuvre, motion)
     usual, shorter = shortened_turn()

@@ -57,7 +57,7 @@ TANGENTS = slice(7, 26, 9)  # indices of the frictions at which derivatives are 
 EPS = 3e-3  # distance of neighbours, relative to the parameter (or to its unit, if it is 0)
 NEIGHBOURS = 4  # number of neighbours on either side
 # A derivative converges if its relative error at the smaller step is at most CONVERGED_ERROR and
-# the ratio of the errors at both steps is at least ERROR_RATIO (first order gives 4); or if the
+# the ratio of the errors at both steps is ERROR_RATIO or more (first order gives 4); or if the
 # error at the smaller step is at most RESOLVED_DERIVATIVE.
 CONVERGED_ERROR, ERROR_RATIO = 0.1, 2.0
 RESOLVED_DERIVATIVE = 1e-3
