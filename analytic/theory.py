@@ -24,10 +24,10 @@ LARGEST_NONLINEARITY = 0.03
 def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> bool:
     """Returns whether a series describes the error at its step.
 
-    `terms` are {p: largest |C_p| step^p}, `largest` is the largest value of their sum. The last two
-    terms together must be at most TRUST of it: two, because near-symmetric schemes can have tiny
-    alternate terms. The `nonlinearity` of the motion's response must be at most
-    LARGEST_NONLINEARITY."""
+    `terms` are {p: largest |C_p| step^p}, `largest` is the largest value of their sum. The sum of
+    the last two terms must be at most the fraction TRUST of `largest`. One term would not be
+    enough: every other term of a nearly symmetric scheme can be tiny. The `nonlinearity` of the
+    motion's response must be at most LARGEST_NONLINEARITY."""
     last = sum(terms[p] for p in sorted(terms)[-2:])
     return nonlinearity <= LARGEST_NONLINEARITY and last <= TRUST * largest
 
@@ -67,7 +67,8 @@ class ErrorTheory(Protocol):
         observable that theory covers.
 
         If friction stops a body inside a step, the error is a sawtooth and has no series. If the
-        step is too large for a series, the scheme is stepped. The errors are empty for schemes and
+        step is too large for a series, the scheme itself is run with this step and its error is
+        measured. The errors are empty for schemes and
         steps that theory does not cover.
         """
         ...

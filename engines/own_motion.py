@@ -114,7 +114,8 @@ class Change:
     values that disable it."""
 
     name: str
-    # Field; indices into its numbers, counted by rows, or none for an option; and the value.
+    # (field, indices into the field's numbers in the order of rows, value); an option has no
+    # indices
     sets: tuple[tuple[str, tuple[int, ...], float], ...]
 
 

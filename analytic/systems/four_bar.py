@@ -109,6 +109,8 @@ class FourBar:
         half = self.coupler / 2
 
         def read(p: Any, q: Any, v: Any) -> dict[str, Any]:
+            """Returns the observables. `q` are the angles of crank and coupler from the downward
+            vertical; the observable "angle" is measured from the horizontal."""
             return {
                 "angle": q[0] - math.pi / 2,
                 "angle_dot": v[0],

@@ -170,7 +170,8 @@ class ServoPiece:
 
     @cached_property
     def motion(self) -> DrivenRotor:
-        """The equation of the piece, divided by J."""
+        """The equation of motion of a piece, divided by J. In a piece the servo's force is constant
+        at its limit, with the sign `side`; or it is not limited, if `side` is 0."""
         servo = self.servo
         inertia = servo.started.mass
         if not self.side:

@@ -269,8 +269,9 @@ class _Integrator:
 
     def through(self, start: float, y: Array, end: float, most: float) -> Array:
         """Returns the state at `end` [s] of the motion from the state `y` at `start` [s], by steps
-        of `most` [s] at most. If a step passes over a touch, three runs replace it: up to the
-        touch, through the touch by a few steps, and on to the `end`."""
+        of `most` [s] at most. A touch is a short contact of two geoms. If a step passes over a
+        touch, three runs replace it: up to the touch, through the touch by a few steps, and on to
+        the `end`."""
         size = min(self.size, 0.999 * (end - start)) if self.size else None
         motion = self.start_run(start, y, end, first_step=size, max_step=most)
         while motion.status == "running":

@@ -63,7 +63,7 @@ BELOW, ABOVE = 0.9, 1.1  # multiples of a limit at which nudged runs must hold, 
 # of a nudge at one step alone; a nudge that grows at all three grows at any step.
 NEAR = (1.0, 0.99, 1.01)
 SPREAD = 1.05  # ratio of successive steps of nudged runs
-BETWEEN = 16  # steps tried over a factor of RATIO below a limit
+BETWEEN = 16  # number of steps that are tried between a limit divided by RATIO and the limit
 SETTLED = 0.01  # [m/s, rad/s] largest velocity at the end of a run that has come to rest
 STILL = 10.0  # growth of a nudge much later: if it is less, the first nudge met a landing only
 # Least ratio of a step to the finer step at which the growth of the motion itself is measured

@@ -189,8 +189,8 @@ def _contact_differences(
 def _axis_differences(
     looks: Sequence[Look], motion: ReferenceMotion
 ) -> Iterator[TermDifference]:
-    """Yields the difference of the friction pyramids' angles about the normal. A pyramid has four
-    edges, so angles repeat after a quarter turn."""
+    """Yields the largest angle about the normal between a contact's friction pyramid in the file
+    and in the engine. A pyramid has four edges, so that angles repeat after a quarter turn."""
     angles = dict[frozenset[str], float]()
     for look in looks:
         file_axes, engine_axes = (

@@ -106,7 +106,8 @@ def measured_into(
 
 @contextmanager
 def _opened(file: Path | None, note: Note) -> Iterator[Connection]:
-    """A connection to the store in a file that no other process measures into, or in memory."""
+    """Yields a connection to the store in a file, which is locked so that no other process adds
+    measurements to it; or to a store in memory if `file` is None."""
     if file is None:
         with closing(connect(":memory:", isolation_level=None)) as opened:
             create(opened)

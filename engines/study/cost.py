@@ -193,7 +193,8 @@ def reference_step(steps: int = 2_000) -> Callable[[], float]:
 
 
 def first_steps(case: Case, method: Method, step: float) -> TimedSteps:
-    """The compiled scene with the first fraction of it that is timed; raises Unsupported."""
+    """Returns the compiled scene with the fraction of its duration that is timed, from the start.
+    Raises Unsupported."""
     simulation = engine_of(method).prepare(case, method, step)
     if method.control == "tolerance":
         return TimedSteps(simulation, PART, EVALUATIONS)

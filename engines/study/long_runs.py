@@ -45,7 +45,7 @@ class MeasuredLongRun:
     predicted: LongRun | None = None
     times: Mapping[float, float] = field(default_factory=dict)  # [s] times by level
     followed: float = 0.0  # [s] duration of the longest run
-    stopped: str = ""  # why no run was longer; empty if all levels were reached
+    stopped: str = ""  # why no run was longer; empty if the error reached all of LEVELS
     energy: Literal["bounded", "drifting", "lost", "not conserved"] = "not conserved"
     energy_rate: float = 0.0  # [1/s] drift of the energy, relative to its scale
     why: str = ""  # why nothing was measured

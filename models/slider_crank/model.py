@@ -29,7 +29,8 @@ def fill(spec: Any, mechanism: SliderCrank) -> None:
 
 
 def _set_link(spec: Any, name: str, length: float, mass: float) -> None:
-    """Makes a link a uniform thin rod."""
+    """Makes a link a uniform thin rod. The inertia about the rod's own axis has no effect: the
+    motion is planar."""
     link = spec.body(name)
     link.mass = mass
     link.ipos = [length / 2, 0.0, 0.0]

@@ -178,7 +178,7 @@ def _file_record(
     from plumbob.engines.study.provenance import version_of
     from plumbob.reports.view.audit.page import package_versions
 
-    index = reference.known
+    index = reference.known  # index of the last period end to which the motion is certified
     error = run.at(index)
     ns_per_second = run.ns_per_second
     if ns_per_second is None:

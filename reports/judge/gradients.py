@@ -27,7 +27,8 @@ class JudgedGradient:
     scene: str
     method: str
     gradient: Gradient
-    tried: TriedDifference | None  # the computed derivative; None: the way is unsupported
+    # the computed derivative; None if the method has no such derivative
+    tried: TriedDifference | None
     verdict: GradientVerdict
     why: str = ""
     surprise: str = ""  # why the verdict is not as expected

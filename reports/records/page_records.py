@@ -18,7 +18,11 @@ from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
 
 T = TypeVar("T")
-SCENE, PAGES_OF_STUDY = "page of a scene", "pages"  # places of analyses
+# where analyses appear: on the page of a scene; on the pages of the study
+SCENE, PAGES_OF_STUDY = (
+    "page of a scene",
+    "pages",
+)
 # section and page with the findings on engines that hold for every system
 ENGINES_SECTION = "engines"
 # relative errors for which methods are recommended, each with its text on the page

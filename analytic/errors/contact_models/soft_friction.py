@@ -68,7 +68,7 @@ class HeldContact:
     load: float  # [N] normal force
     friction: float  # coefficient of friction
     pull: Array  # [N] force along each of the two tangents, shape (2,)
-    weight: float  # [1/kg] inverse mass that acts on the contact
+    weight: float  # [1/kg] inverse effective mass of the contact
     mass: float  # [kg] part of the body's mass that this contact holds
 
     def holds(self, point: SoftPoint) -> bool:

@@ -113,8 +113,8 @@ class _Point(NamedTuple):
 
 
 def _isolated_root(shift: Quad, c1: Quad, c0: Quad) -> Quad:
-    """Returns the root of the cubic that is farthest from the other two, by Newton's method from
-    outside; 1 if all are zero."""
+    """Returns the root of 4 y^3 + 6 shift y^2 - c1 y - c0 that is farthest from the other two, by
+    Newton's method from a place beyond all roots; 1 if all roots are zero."""
     g2 = double(3 * shift * shift + c1)
     g3 = double(c0 - shift * c1 / 2 - shift**3)
     bound = np.maximum(np.sqrt(np.maximum(g2, 0.0) / 2), np.cbrt(np.abs(g3) / 2))

@@ -102,8 +102,9 @@ def _newton_angles(potential: TrigonometricPotential, theta: Quad) -> Quad:
 def _approximate_angles(potential: TrigonometricPotential) -> Array:
     """Returns approximate angles of the critical points, ascending.
 
-    They are the arguments of the roots of dV/dtheta in z = e^(i theta),
-    -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0.
+    They are the arguments of the roots of dV/dtheta = 0 in z = e^(i theta), where a, b and c are
+    the coefficients of `potential`: -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0. The code has the
+    equation with the opposite sign.
     """
     a = potential.a
     b = potential.b

@@ -21,7 +21,8 @@ from plumbob.analytic.systems.three_points.equations import (
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
 
-# largest nonlinear coefficient of a time series that counts as linear, relative
+# A series in time within a segment counts as linear if no other coefficient is larger than this,
+# relative to the linear coefficient.
 LINEAR_TIME = 1e-9
 # Gauss points of a segment for the mean square; the peak uses the segment's ends too
 FORCE_NODES = 16

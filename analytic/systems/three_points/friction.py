@@ -178,6 +178,7 @@ def _first_mode(interval: Interval, start: InitialVelocities) -> ModeStart:
     omega = start.angular_velocity
     mu = interval.body.mass_ratio
     slider = complex(interval.at(0.0).position[0])
+    # velocity of the common centre of mass
     velocity = complex(*start.velocity) + 1j * omega * mu * slider
     state = SegmentState(0.0, complex(velocity), omega, 0.0, 0j)
     resting = resting_supports(interval.at(0.0), state, 0.0)

@@ -84,9 +84,10 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
 def surely_sticks(
     limits: Sequence[float], arms: Sequence[complex], force: complex, torque: float
 ) -> bool:
-    """Returns True if friction surely balances a wrench: if friction forces of the form f N_i (X +
-    Y k x b_i) do it, with b_i the arms from the centre of the limits. The condition is sufficient,
-    not necessary.
+    """Returns True if friction surely balances a force and a torque on the three supports. It does
+    if friction forces f N_i (X + Y k x b_i) balance them for some vector X and number Y, where b_i
+    are the arms from the centre of the limits f N_i and k is the normal. The condition is
+    sufficient, not necessary.
 
     `limits` f N_i [N]; `arms` [m] of the supports from a point; `force` [N] and `torque` [N m]
     about that point.
@@ -234,9 +235,10 @@ def _newton_minimum(
     *,
     damped: bool,
 ) -> Slip | None:
-    """Returns the minimum by at most `max_steps` steps of Newton's method from `begin`. Returns
-    None if a slip vanishes during the search, or if undamped steps do not converge. `scale` [m/s]
-    is the size of the velocities."""
+    """Returns the slip (u, o) that minimises the value of the module's equation, by at most
+    `max_steps` steps of Newton's method from `begin`. u is a velocity [m/s], o an angular velocity
+    [rad/s]. Returns None if a slip vanishes during the search, or if undamped steps do not
+    converge. `scale` [m/s] is the size of the velocities."""
     (u, o) = begin
     reach = max(map(abs, problem.arms))
     for _ in range(max_steps):

@@ -58,7 +58,8 @@ MAX_TIME_SCALE_RATIO = 4.0
 END_SPEED = 0.3  # smallest speed at the end of an element over the speed that counts as stuck
 MAX_SLIDE_ELEMENTS = 2000  # largest number of elements in one piece
 
-# A function of the times since the start and the slider; it returns states, shape (n, 3).
+# A function that returns approximate states, shape (n, 3). Its arguments are the times since the
+# start, shape (n,), and the configuration of the slider at these times.
 Guess = Callable[[Array, Configuration], Array]
 Slid = tuple[list[SmoothSegment], SegmentState, tuple[int, ...]]
 """The segments of a slide, the state at its end, and the supports that are then at rest."""

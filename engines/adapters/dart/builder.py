@@ -242,6 +242,7 @@ def _add_shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> Touch
     node that is welded to the node of the body.
     """
     surfaces = defaultdict[int, list[Surface]](list)  # surfaces of the copies of each shape
+    # the node that holds the copies of a body's shapes, by layer: (body, number of the copy)
     carriers = dict[Layer, Any]()
     layers = dict[str, Layer]()  # layer of each shape node, by the name of the node
     touching: Touching = {}

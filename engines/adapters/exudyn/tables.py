@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 
 COUNT = 1024  # number of times at which values are computed at once
-ON_GRID = 1e-6  # largest distance from the grid of a time on the grid, relative to the spacing
+ON_GRID = 1e-6  # a time this near a time of the grid counts as on it, relative to the spacing
 
 
 @dataclass

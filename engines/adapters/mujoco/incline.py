@@ -18,8 +18,9 @@ DIRECTIONS = 3  # number of directions in which the cube can move
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """The translation of an Incline, at the static depth of its contacts. The plane is level and
-    gravity is inclined along `heading`, so that the axes of the contacts are those of the plane."""
+    """Returns the translation of an Incline, with the contacts at their static depth. Gravity is
+    tilted along `heading` and the plane is level, so that the contacts' axes lie along the axes of
+    the plane."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)

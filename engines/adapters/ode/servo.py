@@ -11,8 +11,9 @@ from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method) -> Equation:
-    """The equation J x'' = n F - c x' with the force F = -n (kp x + kv x'), clamped to its limit;
-    `problem` is a plumbob.analytic.systems.servo.Servo."""
+    """Returns the equation J x'' = n F - c x' of the angle x, which is theta in the code. n is the
+    gear ratio, c the damping, and F = -n (kp x + kv x') the force, clamped to its limit. `problem`
+    is a plumbob.analytic.systems.servo.Servo."""
     linear = simple_pendulum.build(problem, method)
     if not problem.saturates:
         return linear

@@ -105,7 +105,8 @@ class PlanarStepper:
             move(step)
 
     def _poses(self) -> list[Pose]:
-        """The poses of the links. Parts that no coordinate needs are zero."""
+        """Returns the poses of the links. The position of a link is left at zero unless the link
+        slides, and its angle unless it is hinged: no coordinate needs them."""
         poses = list[Pose]()
         for link, body in zip(self._planar.links.all, self._made.bodies, strict=True):
             place = velocity = 0j

@@ -18,7 +18,7 @@ from plumbob.reports.analyses.measurements import (
 
 DISPLACEMENT_STEPS = (1e-3, 1e-4, 1e-5)  # [s]
 TURNED_SCENE, TURNED_STEP = "capsule-line/heading-030", 1e-4  # [s]
-# contacts with a theory
+# contact settings whose errors theory predicts
 CONVERGENT_CONTACTS = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")
 COMPARED_METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
 

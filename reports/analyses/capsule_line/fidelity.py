@@ -79,7 +79,7 @@ def momentum(study: Study) -> Record | None:
     return Record(
         shifts=shifts,
         largest=max(shifts.values()),
-        # [m] by the body
+        # [m] exact displacement of the body
         travelled=abs(float(problem(FRICTIONLESS_SCENE).motion.displacement)),
         step=FREE_STEP,
     )

@@ -130,6 +130,8 @@ def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     limits = np.array([[holding_limit(capsule, at, to) for to in angles] for at in rim])
     quarter = CIRCLE_POSITIONS // 4
     number = np.arange(CIRCLE_POSITIONS)
+    # The tangent is 90 degrees from the radius. The chord of a quarter circle is 135 degrees from
+    # it.
     across_quarter = limits[number, (number + quarter + quarter // 2) % CIRCLE_POSITIONS]
     along = limits[number, (number + quarter) % CIRCLE_POSITIONS]
     return {

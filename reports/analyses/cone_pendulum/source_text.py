@@ -116,7 +116,7 @@ def triple_products(pendulum: ConePendulum) -> Record:
         pivot_x=x,
         as_written=as_written,
         opposite=opposite,
-        formula=formula.coupling[0],  # the right side of (4)
+        formula=formula.coupling[0],  # the right side of eq. (4) of the paper
     )
 
 

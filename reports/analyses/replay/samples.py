@@ -24,9 +24,9 @@ class Samples:
 
 
 def encode_samples(values: Array) -> Any:
-    """Returns an array, shape (n,), for JSON. A constant array becomes a number. Any other becomes
-    the third differences of whole numbers, with RESOLUTION over its range: for a smooth motion they
-    are small, and compress to a third."""
+    """Returns an array, shape (n,), for JSON. A constant array becomes a number. The values
+    of any other array are rounded to whole numbers from 0 to RESOLUTION, which become third
+    differences: these are small for a smooth motion, and compress to a third."""
     low = float(values.min())
     high = float(values.max())
     if low == high:

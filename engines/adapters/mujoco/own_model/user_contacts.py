@@ -57,7 +57,7 @@ FALLEN = math.radians(15.0)  # [rad] tilt while settling at which the body does 
 # ends
 STILL, QUIET = 1e-5, 4
 RESTS = 0.01  # largest speed of rest, as a fraction of the speed at the start
-STABLE = 0.8  # fraction of the largest stiffness at which the body is stable on pasted contacts
+STABLE = 0.8  # fraction of the largest stiffness at which the body is stable
 PARTS = 100  # number of parts of a run; in no part does the body turn by half a revolution
 # {integrator: the method with settings for it}
 METHODS = MappingProxyType(
