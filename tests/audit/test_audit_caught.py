@@ -81,7 +81,7 @@ class Unclamped(MujocoModel):
 
     def field(self, width=0.0):
         model = without_step(self.raw.__copy__())
-        return ContinuousField(model, self._begun(model), width)
+        return ContinuousField(model, self._new_data(model), width)
 
 
 @pytest.mark.long

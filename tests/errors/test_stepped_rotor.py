@@ -7,6 +7,7 @@ import pytest
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of
@@ -18,6 +19,8 @@ def stepped(name, method, step):
     """What theory steps, the errors of the engine's run, and its number of steps."""
     scene = find_scene(name)
     how = find_method(method)
+    if not installed(engine_of(how)):
+        pytest.skip(f"{how.engine} is not installed")
     case = case_of(scene)
     found, trajectory = measure(case, how, step)
     truth = case.reference.observe(trajectory.times)

@@ -19,6 +19,8 @@ CONE, LINE, SWING, SPIN = (
 )
 COAST = "capsule-coast/translation"
 LEFT = 0.02  # of a derivative: of one 250 times as large as the start, by differences of steps
+# The allowance for rounding includes the fast passage, which magnifies it 3,000 times.
+LEFT_NEAR_SADDLE = 0.2
 
 
 @pytest.mark.long(keep=3)
@@ -45,7 +47,8 @@ LEFT = 0.02  # of a derivative: of one 250 times as large as the start, by diffe
 def test_an_own_way_has_the_error_of_its_step(name, how, of, by, way):
     judged = judged_way(name, how, of, by, way)
     assert (judged.verdict, judged.why) == ("predicted", "")
-    assert judged.tried.left_open < LEFT * abs(judged.gradient.exact)
+    left = LEFT_NEAR_SADDLE if name == "cone-pendulum/equal-wells" else LEFT
+    assert judged.tried.left_open < left * abs(judged.gradient.exact)
 
 
 def test_two_ways_have_one_derivative_of_a_step():

@@ -77,7 +77,7 @@ def ended(own, motion):
     as small as a contact that begins or ends needs."""
     model = without_step(copy.copy(own.effective))
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    data = own._begun(model)
+    data = own._new_data(model)
     state = motion.start
     size = motion.period
 
