@@ -73,6 +73,11 @@ class Audit:
         return self.found.own.at(self.found.index) if self.found else float("nan")
 
     @property
+    def diverged(self) -> bool:
+        """Whether the run with the model's own integrator and step ended before `until`."""
+        return self.found is not None and bool(self.found.own.why) and math.isinf(self.error)
+
+    @property
     def pose(self) -> Signals:
         """{body: centre of mass [m]} of the reference at `until`; empty if there is no
         reference."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
@@ -83,6 +83,12 @@ class StepComparison:
     # Whether contacts or limits that the engine softens at the own step act in the motion.
     clamping_acts: bool = False
 
+    @property
+    def own_and_finer(self) -> list[StepError]:
+        """The runs of the model's own integrator at the model's own step and at smaller steps,
+        coarse to fine."""
+        return _own_and_finer(self.steps, self.own)
+
 
 @dataclass(frozen=True)
 class Balance:
@@ -124,9 +130,7 @@ def compare_steps(
     allowance.progress("costs")
     errors = with_costs(model, script, reference, errors)
     fixed = [error for error in errors if error.integrator == model.integrator]
-    own_step = next(
-        error for error in fixed if error.parts == round(script.period / model.step)
-    )
+    own_step = next(error for error in fixed if error.parts == script.parts(model.step))
     index = last_tending_period(errors, own_step, reference)
     errors = [_with_softening(error, own_step, model, script) for error in errors]
     errors.sort(
@@ -164,7 +168,7 @@ def errors_at_halved_steps(
     own step is run regardless of the time."""
     reached = reference.known
     ends = time.process_time() + seconds
-    usual = round(script.period / model.step)  # steps of the model in a control period
+    usual = script.parts(model.step)  # steps of the model in a control period
     errors: list[StepError] = []
     # Steps in a control period of the next run of each integrator, which doubles from run to run
     going = {name: usual // 2 if usual % 2 == 0 else usual for name in integrators}
@@ -218,16 +222,22 @@ def last_tending_period(
     """
     nearest = finest_errors(steps)
     floor = np.maximum(reference.uncertainty, NOTHING)
-    same = [
-        s.errors
-        for s in steps
-        if s.integrator == own_step.integrator and s.parts >= own_step.parts
-    ]
+    same = [step.errors for step in _own_and_finer(steps, own_step)]
     allowed = np.maximum(floor, FALLS * np.max(same, axis=0))
     good = np.isfinite(reference.uncertainty) & (nearest <= allowed)
     good &= ~_errors_level_off(steps, own_step, floor) & ~_errors_rise(steps, floor)
     mostly = np.cumsum(good) >= MOSTLY * np.arange(1, len(good) + 1)
     return int(np.flatnonzero(good & mostly)[-1])
+
+
+def _own_and_finer(steps: Iterable[StepError], own_step: StepError) -> list[StepError]:
+    """Returns the runs of the integrator of `own_step` with its steps in a period, or more. Steps
+    [s] are not compared: the same step may differ by a rounding."""
+    return [
+        step
+        for step in steps
+        if step.integrator == own_step.integrator and step.parts >= own_step.parts
+    ]
 
 
 def finest_errors(steps: Sequence[StepError]) -> Array:

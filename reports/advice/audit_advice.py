@@ -312,11 +312,7 @@ def halving(audit: Audit) -> Halving:
     """Returns what halves of a model's own step do to its error; a motion has to be certified."""
     compared = audit.found
     assert compared is not None
-    runs = [
-        run
-        for run in compared.steps
-        if run.integrator == audit.integrator and run.step <= audit.step
-    ]
+    runs = compared.own_and_finer
     errors = [run.at(compared.index) for run in runs]
     resolution = RESOLVED * audit.uncertainty
     resolved = [error for error in errors if error > resolution][:LISTED_ERRORS]
@@ -325,7 +321,7 @@ def halving(audit: Audit) -> Halving:
     outcome: Literal["diverges", "needed", "unresolved", "single"] | Trend
     if largest_step is None:
         outcome = "diverges"
-    elif largest_step < audit.step:
+    elif largest_step < compared.own.step:
         outcome = "needed"
     elif not audit.resolved:
         outcome = "unresolved"

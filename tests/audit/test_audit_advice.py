@@ -28,11 +28,13 @@ from plumbob.reports.advice.audit_advice import (
     StepChoice,
     StepEvidence,
     audit_advice,
+    halving,
     step_choice,
 )
 from plumbob.reports.view.audit.page import answer_rows, audit_answer, card_lines, to_do_text
 from plumbob.tests.audit.scenes_as_models import (
     PENDULUM,
+    audit_of,
     ball,
     compiled,
     pendulum,
@@ -367,6 +369,17 @@ def test_halving_says_what_the_reference_tells(found, errors, said):
     motion = replace(found.script, controls=found.script.controls[:1])
     answer = audit_answer(replace(found, script=motion, reference=known, found=short))
     assert dict(answer_rows(answer))["halving"] == said
+
+
+@pytest.mark.parametrize("step", [0.0009, 0.00093, 0.001])
+def test_halving_counts_the_own_step_whatever_its_digits(step):
+    """n s / n is not the step s to the bit for each s: the own step is known by its number of steps
+    in a period."""
+    text = PENDULUM.format(integrator="Euler").replace('timestep="0.01"', f'timestep="{step}"')
+    audit = audit_of(text, duration=0.3, budget=5.0)
+    assert audit.step == pytest.approx(step)
+    halved = halving(audit)
+    assert (halved.outcome, halved.largest_step) == ("helps", audit.found.own.step)
 
 
 def test_an_order_is_that_of_errors_that_the_reference_resolves(found):

@@ -19,7 +19,6 @@ DRAWN_STEPS = 4  # number of steps of the model's integrator in the figure over 
 def motion_numbers(audit: Audit) -> dict[str, Any]:
     """Returns the numbers of the template; empty if no motion was certified.
 
-    - `diverged`: whether the error of the model's step does not stay finite to the end
     - `horizons`: errors [m], each with the time [s] up to which the most accurate step stays within
       it (None: to the end)
     - `event_rate`: rate at which contacts and limits begin or cease to act [1/s]
@@ -29,22 +28,17 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
         return {}
     compared = audit.found
     reference = audit.reference
-    runs = [
-        run
-        for run in compared.steps
-        if run.integrator == audit.integrator and run.step <= audit.step
-    ]
     horizons = []
     for target in TARGETS[1:3]:
         end = horizon(compared, reference, audit.script, target)
         horizons.append((target, None if math.isinf(end) else end))
     course = reference.course
     return {
-        "diverged": bool(compared.own.why) and math.isinf(audit.error),
         "horizons": horizons,
         "event_rate": len(course.events) / max(course.until, audit.script.period),
         "courses": [
-            (run.integrator, run.step, _drawn(run.errors)) for run in runs[:DRAWN_STEPS]
+            (run.integrator, run.step, _drawn(run.errors))
+            for run in compared.own_and_finer[:DRAWN_STEPS]
         ],
         "uncertainty": _drawn(reference.uncertainty),
         **_costs(compared),

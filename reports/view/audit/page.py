@@ -85,9 +85,7 @@ def page_of_finding(finding: Finding, command: str, lasted: float, **about: Any)
 def card_lines(audit: Audit) -> list[str]:
     """Returns the answer as a card for the terminal: a line with the error, the recommended choice
     and how well it is known; then the lines to put into the model file."""
-    return text_lines(
-        "audit_card", audit=audit, advice=audit_advice(audit), motion=motion_numbers(audit)
-    )
+    return text_lines("audit_card", audit=audit, advice=audit_advice(audit))
 
 
 def package_versions() -> dict[str, str]:
