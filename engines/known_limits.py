@@ -117,12 +117,15 @@ def read_limits(file: Path) -> Limits:
     step_limits = _entries(KnownStepLimit, content.pop("step_limits", ()))
     gradient_limits = _entries(KnownGradientLimit, content.pop("gradient_limits", ()))
     not_read = _entries(NotRead, content.pop("not_read", ()))
+    loosely_known = content.pop("loosely_known", ())
+    if content:
+        raise TypeError(f"unknown entries: {', '.join(content)}")
     declared = Limits(
         known_limits=known_limits,
         step_limits=step_limits,
         gradient_limits=gradient_limits,
         not_read=not_read,
-        **content,  # `loosely_known`: another name is a TypeError
+        loosely_known=loosely_known,
     )
     table = file.with_suffix(SIZES_SUFFIX)
     return with_sizes(declared, table.read_text("utf-8")) if table.is_file() else declared
