@@ -134,13 +134,12 @@ def product_of_steps(
 
 
 def product_by_start_and_controls(
-    steps: Iterable[StepDerivatives], size: int, degrees: int, controls: Array, parts: int
+    steps: Iterable[StepDerivatives], size: int, degrees: int, inputs: int, parts: int
 ) -> Array:
     """Returns eq. 4 for the positions, which are the first `degrees` numbers of a state in tangent
     coordinates, at the ends of periods of `parts` steps. The derivatives are by the `size` numbers
-    of the state at the start and by constant additions to the `controls`, shape (periods, k). The
-    result has the shape (periods + 1, degrees, size + k)."""
-    inputs = controls.shape[1]
+    of the state at the start and by constant additions to the `inputs` controls. The result has the
+    shape (periods + 1, degrees, size + inputs)."""
     start = np.eye(size, size + inputs)
     added = repeat(np.eye(inputs, size + inputs, size))
     ends = [start[:degrees]]

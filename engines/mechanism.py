@@ -127,6 +127,11 @@ class Actuator:
     control_range: tuple[float, float] | None
     force_range: tuple[float, float] | None  # force before the gear multiplies it
 
+    @property
+    def biased(self) -> bool:
+        """Whether a part of its force does not depend on its control."""
+        return any(self.bias)
+
 
 @dataclass(frozen=True)
 class NotExpressed:

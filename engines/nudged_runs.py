@@ -54,9 +54,7 @@ class NudgedRuns:
     def growth(self, start: Array, controls: Array) -> float:
         """Returns the largest ratio of the difference of the positions of two runs to the nudge of
         `start` between them; infinite if a run diverges."""
-        change = np.random.default_rng(0).standard_normal(
-            self.space.differences(start, start).size
-        )
+        change = np.random.default_rng(0).standard_normal(self.space.size(start))
         change *= STATE_NUDGE / np.abs(change).max()
         states = self.states(start, controls)
         if states is None:

@@ -60,6 +60,10 @@ class Script:
         """The duration of all periods [s]."""
         return self.period * len(self.controls)
 
+    def parts(self, step: float) -> int:
+        """Returns the number of steps [s] in a period."""
+        return round(self.period / step)
+
 
 @dataclass(frozen=True)
 class Integration:

@@ -25,10 +25,7 @@ Terms = Mapping[str, Any]
   its margin.
 """
 # numbers of velocities of a free joint and of a ball joint
-FREE_VELOCITIES, BALL_VELOCITIES = (
-    6,
-    3,
-)
+FREE_VELOCITIES, BALL_VELOCITIES = 6, 3
 
 
 @dataclass(frozen=True)
@@ -96,9 +93,8 @@ class FreeJointFrame:
     """An engine's coordinates of a free joint. MuJoCo's velocity is the linear velocity in the
     world, then the angular velocity in the body."""
 
-    pose: Callable[
-        [Array, Array], Array
-    ]  # position and attitude [w, x, y, z] -> the engine's pose
+    # position and attitude [w, x, y, z] -> the engine's pose
+    pose: Callable[[Array, Array], Array]
     place: Callable[[Array], tuple[Array, Array]]  # the engine's pose -> position and attitude
     size: int = 7  # number of coordinates of the engine's pose
     linear_first: bool = False  # whether the linear velocity stands before the angular velocity

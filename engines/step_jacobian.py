@@ -58,8 +58,7 @@ def step_jacobian(
     a size [m, rad, ...]. Raises NotCertifiable from the processor time `ends` [s] on, and after the
     first difference if all differences would end far beyond it."""
     begin = time.process_time()
-    size = space.differences(state, state).size
-    wanted = np.eye(size) if directions is None else directions.T
+    wanted = np.eye(space.size(state)) if directions is None else directions.T
     shifts = difference * wanted
     sides = (space.shifted(state, shifts), space.shifted(state, -shifts))
     ahead = list[Array]()

@@ -10,6 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Mechanism
+from plumbob.engines.peer_model import Layout
 from plumbob.engines.stepper import State
 
 # Factors of a quaternion's numbers in its conjugate
@@ -46,6 +47,10 @@ class TangentSpace:
         # A quaternion has one number more than a rotation vector.
         return tuple((turn + before, turn) for before, turn in enumerate(turns))
 
+    def size(self, state: Array) -> int:
+        """Returns the number of numbers in a change of a state, shape (n,)."""
+        return len(state) - len(self.attitudes)
+
     def shifted(self, states: Array, changes: Array) -> Array:
         """Returns states, shape (..., n), moved by changes, shape (..., m)."""
         # The inserted zeros are places for the quaternions' fourth numbers.
@@ -75,6 +80,11 @@ class TangentSpace:
 def tangent_space(mechanism: Mechanism) -> TangentSpace:
     """Returns the tangent space of the states of a mechanism."""
     return TangentSpace(tuple(len(joint.damping) for joint in mechanism.joints))
+
+
+def space_of_layout(layout: Layout) -> TangentSpace:
+    """Returns the tangent space of the states of a model with this layout."""
+    return TangentSpace(tuple(joint.size for joint in layout.joints))
 
 
 def state_row(state: State) -> Array:

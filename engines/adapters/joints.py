@@ -9,6 +9,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Joint, Mechanism
 
 TURNING = ("ball", "free")  # kinds of joint whose coordinates include a quaternion
+ONE_AXIS = ("hinge", "slide")  # kinds of joint with one coordinate
 
 
 def joints_of_body(mechanism: Mechanism, body: int) -> list[int]:

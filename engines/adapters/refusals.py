@@ -18,6 +18,13 @@ def refused_parts(mechanism: Mechanism) -> Iterator[str]:
             yield f"partly carried weight of body {body.name}"
 
 
+def refused_weights(mechanism: Mechanism) -> Iterator[str]:
+    """Names the bodies whose weight is carried, in part or in full."""
+    yield from (
+        f"carried weight of body {body.name}" for body in mechanism.bodies if body.carried
+    )
+
+
 def names_of(mechanism: Mechanism, touch: Touch) -> str:
     """The names of two shapes, such as "left foot and floor"."""
     return " and ".join(_name(mechanism, number) for number in touch.shapes)

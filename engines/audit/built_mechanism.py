@@ -36,11 +36,10 @@ from plumbob.engines.own_motion import (
 from plumbob.engines.stepper import (
     Diverged,
     SceneMechanism,
-    State,
     Stepper,
     TellsStepDerivatives,
 )
-from plumbob.engines.tangent_space import state_row, tangent_space
+from plumbob.engines.tangent_space import space_of_layout, state_row, tangent_space
 from plumbob.models.border import border
 
 FOR_PRODUCT = 0.5  # largest fraction of the time for the product of the derivatives of steps
@@ -63,9 +62,8 @@ class BuiltSteppers:
         """Returns a stepper of the mechanism at a step [s], by the engine's only method. Raises
         Unsupported, which names the part of the mechanism that the engine cannot express."""
         with border(Unsupported, Unsupported):
-            return self.builds.build(
-                self._mechanism, _stepper_state(self.model.state, self.model), step
-            )
+            start = space_of_layout(self.model.layout).state_of(self.model.state)
+            return self.builds.build(self._mechanism, start, step)
 
     function_stepper = stepper
 
@@ -93,7 +91,7 @@ class ScriptRuns:
         why = ""
         begin = time.thread_time()
         with border(Unsupported, Unsupported):
-            self.stepper.put(_stepper_state(script.start, self.model))
+            self.stepper.put(space_of_layout(self.model.layout).state_of(script.start))
             for k, control in enumerate(script.controls):
                 end_of_period = f"{(k + 1) * script.period:.3g} s"
                 why = f"diverged within {end_of_period}"
@@ -113,28 +111,28 @@ class ScriptRuns:
         start and by constant additions to the controls. They are products of the derivatives of
         steps: the engine's own derivatives if it has any, else central differences."""
         controls = np.repeat(script.controls, self.parts, axis=0)
+        space = space_of_layout(self.model.layout)
         if isinstance(self.stepper, TellsStepDerivatives):
             name = self.stepper.own_way
-            self.stepper.put(_stepper_state(script.start, self.model))
+            self.stepper.put(space.state_of(script.start))
             steps = self.stepper.own_step_derivatives(controls)
         else:
             name = "product"
             mechanism = self.model.mechanism()
             steps = derivatives_of_steps(
                 self.stepper,
-                tangent_space(mechanism),
+                space,
                 script.start,
                 controls,
                 TOUCHING_NUDGE if mechanism.touching else STEP_NUDGE,
                 time.process_time() + FOR_PRODUCT * self.seconds,
             )
-        kinds = self.model.names
-        degrees = len(kinds["position"])
-        size = 2 * degrees + len(kinds["activation"])
+        size = space.size(script.start)
+        inputs = script.controls.shape[1]
         try:
             with quiet():
                 along = product_by_start_and_controls(
-                    steps, size, degrees, script.controls, self.parts
+                    steps, size, space.velocities, inputs, self.parts
                 )
         except NotCertifiable as reason:
             return RunDerivatives(name, None, why=str(reason))
@@ -150,18 +148,13 @@ def built_runs(
     return ScriptRuns(model, stepper, parts, seconds)
 
 
-def _stepper_state(state: Array, model: OwnModel) -> State:
-    """Returns a state of the audit in the form of a stepper."""
-    velocity = model.layout.velocity
-    return State(state[: velocity.start], state[velocity], state[velocity.stop :])
-
-
-def script_scene(model: OwnModel, script: Script) -> SceneMechanism:
+def script_scene(mechanism: Mechanism, script: Script) -> SceneMechanism:
     """Returns the mechanism of a model with the start and the controls of a motion."""
 
     def controls(times: Array) -> Array:
         period = np.floor(times / script.period * (1.0 + PERIOD_ROUNDING)).astype(int)
         return np.asarray(script.controls[np.minimum(period, len(script.controls) - 1)])
 
-    start = _stepper_state(script.start, model)
-    return SceneMechanism(model.mechanism(), start, controls if model.rest.size else None)
+    start = tangent_space(mechanism).state_of(script.start)
+    controlled = script.controls.shape[1] > 0
+    return SceneMechanism(mechanism, start, controls if controlled else None)

@@ -334,7 +334,7 @@ def derivatives_of_run(
     smaller one. If the method is one of MuJoCo's, the integrator is the model's own. Raises
     Unsupported if another engine cannot express a part of the model, and names that part.
     """
-    parts = round(script.period / model.step)
+    parts = script.parts(model.step)
     if method.engine == MUJOCO:
         stepper = model.stepper(model.integrator, script.period / parts)
         runs = ScriptRuns(model, stepper, parts)
@@ -369,12 +369,13 @@ def _engines_own_derivatives(
     one as it is, and two with a start or controls shifted to either side."""
     assert own.of_mechanisms is not None
     names = numbers_of(model)
+    mechanism = model.mechanism()
     degrees = len(model.names["position"])
     computed = np.full((len(script.times), degrees, known.size), np.nan)
     reasons = dict[str, str]()
     for number in np.flatnonzero(known).tolist():
         scenes = [
-            script_scene(model, _shifted_script(model, script, number, shift))
+            script_scene(mechanism, _shifted_script(model, script, number, shift))
             for shift in (-STEP_NUDGE, 0.0, STEP_NUDGE)
         ]
         try:

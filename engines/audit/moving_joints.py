@@ -39,7 +39,7 @@ def free_slide(model: ContactModel, speed: float, duration: float) -> FreeSlide:
         return FreeSlide(why=str(why))
     reference = certified(whole, motion, Allowance(BUDGET))
     index = reference.known
-    run = whole.stepped(motion, whole.integrator, round(motion.period / whole.step))
+    run = whole.stepped(motion, whole.integrator, motion.parts(whole.step))
     distances = [
         float((places[index, body] - places[0, body])[:3] @ axis)
         for places in map(whole.poses, (run.states, reference.course.states))

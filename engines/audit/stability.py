@@ -42,7 +42,7 @@ from plumbob.engines.own_motion import (
     Script,
 )
 from plumbob.engines.step_jacobian import state_at_rest, step_jacobian
-from plumbob.engines.tangent_space import TangentSpace
+from plumbob.engines.tangent_space import TangentSpace, space_of_layout
 
 STATES = 5  # number of states along the motion whose Jacobians are computed
 BEYOND = 10.0  # largest step that is tried, as a multiple of the model's own step
@@ -184,7 +184,7 @@ class AuditedMotion:
     @cached_property
     def space(self) -> TangentSpace:
         """The tangent space of the model's states."""
-        return TangentSpace(tuple(joint.size for joint in self.model.layout.joints))
+        return space_of_layout(self.model.layout)
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
@@ -232,26 +232,29 @@ class AuditedMotion:
             stepper, self.space, state, point.control, difference, directions, self.ends
         )
 
-    def excess_at(
+    def excess_at(self, point: Point, method: str, step: float) -> float:
+        """Returns the largest factor by which one step [s] from a point magnifies a mode beyond the
+        continuous motion; 1 if the step has no state of rest."""
+        state = self.state_at(point, method, step)
+        return 1.0 if state is None else self.excess_from(state, point, method, step)
+
+    def excess_from(
         self,
+        state: Array,
         point: Point,
         method: str,
         step: float,
         difference: float = JACOBIAN_DIFFERENCES[0],
     ) -> float:
-        """Returns the largest factor by which one step [s] from a point magnifies a mode beyond the
-        continuous motion; 1 if the step has no state of rest."""
-        state = self.state_at(point, method, step)
-        if state is None:
-            return 1.0
-        return largest_excess(
-            self.jacobian(point, state, method, step, difference), point.rates, step
-        )
+        """Returns the largest factor by which one step [s] from the `state` of a point magnifies a
+        mode beyond the continuous motion, by a Jacobian of differences of the given size."""
+        jacobian = self.jacobian(point, state, method, step, difference)
+        return largest_excess(jacobian, point.rates, step)
 
     def finely_stepped(self, integrator: str) -> Array:
         """Returns the states of a run with FINE times smaller steps, at the ends of the periods
         that are known."""
-        parts = FINE * round(self.script.period / self.model.step)
+        parts = FINE * self.script.parts(self.model.step)
         controls = self.script.controls[: max(1, len(self.states) - 1)]
         return self.model.stepped(
             replace(self.script, controls=controls), integrator, parts
@@ -351,10 +354,13 @@ class AuditedMotion:
 def magnifies(motion: AuditedMotion, point: Point, method: str, step: float) -> bool:
     """Whether a step [s] magnifies nudges at a point. The factor must not depend on the size of the
     differences of the Jacobian by more than ALIKE."""
-    factor = motion.excess_at(point, method, step)
+    state = motion.state_at(point, method, step)
+    if state is None:
+        return False
+    factor = motion.excess_from(state, point, method, step)
     if factor <= 1.0 + MARGIN:
         return False
-    other = motion.excess_at(point, method, step, JACOBIAN_DIFFERENCES[1])
+    other = motion.excess_from(state, point, method, step, JACOBIAN_DIFFERENCES[1])
     return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
 
 

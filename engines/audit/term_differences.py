@@ -62,7 +62,7 @@ class ReferenceMotion:
     @property
     def parts(self) -> int:
         """The number of steps in a control period."""
-        return round(self.script.period / self.model.step)
+        return self.script.parts(self.model.step)
 
     def errors(self, states: Array) -> Array:
         """Returns the largest errors so far [m] of states at the ends of the periods."""

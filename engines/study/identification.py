@@ -185,7 +185,7 @@ def _by_own(method: Method, way: str, residuals: Residuals, p: int) -> Searched:
     """The result of an engine's own fit that starts in the middle of the box, of `p` parameters.
     Raises ParameterError if the engine has no fit of this name, the fit's package is missing, or a
     run is lost."""
-    fits = {a.way: a for a in engine_of(method).abilities if isinstance(a, OwnFit)}
+    fits = {fit.way: fit for fit in engine_of(method).abilities_of(OwnFit)}
     if way not in fits:
         names = ", ".join(["search", *fits])
         raise ParameterError("way", way, f"one of {names} with {method.name}")

@@ -26,6 +26,7 @@ from plumbob.models.tripod_capsule.parameters import (
     SUPPORT_LOADS,
     UNLOADING,
     capsule_system,
+    event_records,
     read_capsule,
     read_heading,
     slider_place,
@@ -102,10 +103,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     rest_pose = {name: float(end[name][0]) for name in ("x", "y", "heading")}
     facts: dict[str, Any] = {"t_rest": motion.sliding_time, "rest": rest_pose}
     if motion.kind == "plane":
-        facts["events"] = [
-            {"t": event.time, "mode": event.mode, "support": event.support + 1}
-            for event in motion.events
-        ]
+        facts["events"] = event_records(motion.events)
     else:
         facts |= {"distance": motion.distance, "deceleration": motion.deceleration}
     return facts

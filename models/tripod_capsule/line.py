@@ -35,7 +35,7 @@ from plumbob.models.tripod_capsule.parameters import (
 
 LINE_SCENE_PARAMETERS = (*CAPSULE_PARAMETERS, *LINE_PARAMETERS, "heading")
 _HOLDING = holding_acceleration({})
-_LINE: Parameters = MappingProxyType(
+PUSH_AND_BRAKE: Parameters = MappingProxyType(
     {
         **CHECK,
         "w1": 3 * _HOLDING,
@@ -103,7 +103,7 @@ _scene = partial(
     system="capsule-line",
     duration=0.15,
     steps=step_sizes(1e-3, 1e-5),
-    base=_LINE,
+    base=PUSH_AND_BRAKE,
     source=CHERNOUSKO_2020,
     change=change_line,
 )
@@ -129,7 +129,7 @@ def _mass_ratio_scene(
 
 def _slider_start(reach: float) -> float:
     """Returns the slider's start [m] with which the combined centre ends at `reach` [m] from C."""
-    line = manoeuvre(_LINE)
+    line = manoeuvre(PUSH_AND_BRAKE)
     return reach / line.capsule.mass_ratio - line.stroke
 
 

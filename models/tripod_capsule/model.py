@@ -15,9 +15,8 @@ from plumbob.models.tripod_capsule.observed import largest_magnitudes, observe, 
 
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PATH_SAMPLES = 2001  # samples of the slider's path, for the maximum of a smooth function on it
-SLIDER_INERTIA = (
-    1e-14  # [kg m^2] moments of inertia of the slider: MuJoCo requires more than 1e-15
-)
+# [kg m^2] moments of inertia of the slider: MuJoCo requires more than 1e-15
+SLIDER_INERTIA = 1e-14
 
 
 def fill(spec: Any, problem: CapsuleProblem) -> None:

@@ -3,7 +3,7 @@ systems share."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -29,6 +29,7 @@ from plumbob.models.scene import (
 
 if TYPE_CHECKING:
     from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+    from plumbob.analytic.systems.three_points.motion import Event
 
 CHERNOUSKO_2020 = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
@@ -182,6 +183,13 @@ def plane_problem(motion: Any, exact: Any, facing: float) -> CapsuleProblem:
         plane_place=path.places,
     )
     return CapsuleProblem(motion, PlaneReference(exact), setup)
+
+
+def event_records(events: Iterable[Event]) -> list[dict[str, Any]]:
+    """Returns the time [s], the mode and the number of the support of each event of a motion."""
+    return [
+        {"t": event.time, "mode": event.mode, "support": event.support + 1} for event in events
+    ]
 
 
 def read_heading(parameters: Parameters) -> float:

@@ -59,9 +59,8 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
         "ahead": (3.65, 6.95),
     }
 )
-TURNED_DURATION = (
-    0.65  # [s] duration: a little longer than the plan to NEAR_GOAL on a free plane
-)
+# [s] duration: a little longer than the plan to NEAR_GOAL on a free plane
+TURNED_DURATION = 0.65
 NEAR_GOAL = RestPose(0.01, 0.01, 0.1)  # goal so near that plans on the curve cost little
 GOAL_POSE = (NEAR_GOAL.x, NEAR_GOAL.y, NEAR_GOAL.heading)
 # For each curve: name, supports, arc, duration of the plan to NEAR_GOAL [s], and profile.

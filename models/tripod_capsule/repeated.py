@@ -16,27 +16,16 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.models.scene import Parameters, Scene
 from plumbob.models.tripod_capsule import line
 from plumbob.models.tripod_capsule.parameters import (
-    CHECK,
     CHERNOUSKO_2020,
     capsule_system,
     change_line,
-    holding_acceleration,
     line_problem,
     manoeuvre,
 )
 
 REPEATED_PARAMETERS = (*line.LINE_SCENE_PARAMETERS, "count", "fraction", "pause")
 _PERIOD = 0.32  # [s] period of a manoeuvre: a whole number of steps of every size
-_LINE: Parameters = MappingProxyType(
-    {
-        **CHECK,
-        "w1": 3 * holding_acceleration({}),
-        "w2": 0.8 * holding_acceleration({}),
-        "t1": 0.03,
-        "support": 1,
-        "fraction": 0.9,
-    }
-)
+_LINE: Parameters = MappingProxyType({**line.PUSH_AND_BRAKE, "fraction": 0.9})
 
 
 def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:

@@ -24,6 +24,7 @@ from plumbob.models.tripod_capsule.parameters import (
     CHERNOUSKO_2020,
     SUPPORT_LOADS,
     capsule_system,
+    event_records,
     plane_problem,
     read_capsule,
     read_heading,
@@ -95,10 +96,6 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     at_stop = single.at(stop)
     rates_by_formula = turn.rates_at_stop
     lowest_forces, _ = lowest_normal_forces(turn.capsule, turn.path.track())
-    events = [
-        {"t": event.time, "mode": event.mode, "support": event.support + 1}
-        for event in single.events
-    ]
     return {
         "body_angle": float(at_stop.heading[0]),
         "body_angle_at_rest": float(single.at(rest).heading[0]),
@@ -119,7 +116,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "count": turns.count,
         **plane_demand(single).facts(),
         "lowest_normal_forces": [float(force) for force in lowest_forces],
-        "events": events,
+        "events": event_records(single.events),
     }
 
 

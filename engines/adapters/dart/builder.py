@@ -36,9 +36,8 @@ LEAST = 1e-30
 # [m] largest gap of a loop at the start; for a weld also the largest difference of the entries of
 # the rotation matrices
 OPEN = 1e-9
-DEPTH = (
-    1e-12  # [m] thickness added to shapes: DART finds contacts only between overlapping shapes
-)
+# [m] thickness added to shapes: DART finds contacts only between overlapping shapes
+DEPTH = 1e-12
 NO_FRICTION = 1e-3  # largest coefficient of friction that DART takes for none
 KINDS = MappingProxyType(
     {"hinge": "Revolute", "slide": "Prismatic", "ball": "Ball", "free": "Free"}

@@ -215,7 +215,7 @@ def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
         rotor = float(joint.armature[0]) / step
         if actuators or rotor:
             dart_joint.setDampingCoefficient(0, float(joint.damping[0]) + rotor)
-            biased = any(any(actuator.bias) for actuator in actuators)
+            biased = any(actuator.biased for actuator in actuators)
             yield Motor(
                 joint=dart_joint,
                 exerted=actuator_force(joint, actuators),

@@ -144,10 +144,11 @@ def _load_file(path: Path, layout: Layout, step: float) -> PeerModel:
 
 
 def _build_mechanism(mechanism: Mechanism, start: State, step: float) -> Stepper:
-    """Returns the stepper of a mechanism at `step` [s]; raises Unsupported."""
-    from plumbob.engines.adapters.drake.scenes import built
+    """Returns the stepper of a mechanism in Drake's discrete plant, with Drake's default settings,
+    at `step` [s]; raises Unsupported."""
+    from plumbob.engines.adapters.drake.stepper import DrakeStepper
 
-    return built(mechanism, start, step)
+    return DrakeStepper(mechanism, {"time_step": step}, step)
 
 
 def _derivatives(

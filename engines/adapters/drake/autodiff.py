@@ -12,6 +12,7 @@ from pydrake.systems.analysis import Simulator_
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepper import DrakeStepper, advance
+from plumbob.engines.adapters.joints import ONE_AXIS
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.sampling import step_count
 from plumbob.engines.stepper import EndDerivatives, SceneMechanism
@@ -79,7 +80,7 @@ def _start(
     forces of the source. Raises Unsupported if the mechanism is no tree of hinges and slides."""
     mechanism = scene.mechanism
     kinds = {joint.kind for joint in mechanism.joints}
-    if mechanism.touching or mechanism.loops or kinds - {"hinge", "slide"}:
+    if mechanism.touching or mechanism.loops or kinds - set(ONE_AXIS):
         raise Unsupported("derivatives by AutoDiffXd need a tree of hinges and slides")
     stepper = DrakeStepper(mechanism, {**method.settings, "time_step": step}, step)
     stepper.put(scene.start)

@@ -22,7 +22,6 @@ from plumbob.engines.adapters.stepping import (
     relative_tolerance,
     stepped,
 )
-from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Method, Options, Simulation
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.sampling import step_count
@@ -46,12 +45,6 @@ def discrete(case: Case, method: Method, step: float) -> Simulation:
     settings = {**method.settings, "time_step": step}
     stepper = cache(lambda: DrakeStepper(scene.mechanism, settings, step))
     return stepped(case, step, lambda: begun(case, scene, step, stepper()), BROKEN)
-
-
-def built(mechanism: Mechanism, start: State, step: float) -> DrakeStepper:
-    """A stepper of a mechanism in Drake's discrete plant, with Drake's default settings, at `step`
-    [s]; raises Unsupported."""
-    return DrakeStepper(mechanism, {"time_step": step}, step)
 
 
 def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:

@@ -31,7 +31,7 @@ from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
 from plumbob.engines.adapters.exudyn.motors import joint_forces
 from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.joints import joint_name
-from plumbob.engines.adapters.refusals import refused_parts
+from plumbob.engines.adapters.refusals import refused_parts, refused_weights
 from plumbob.engines.mechanism import Loop, Mechanism, Shape, is_constant
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
@@ -101,9 +101,7 @@ def refused_features(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
     """Names the features of a mechanism that Exudyn, or this builder, cannot express; if
     `explicit`, also the features that Exudyn's explicit solvers cannot express."""
     yield from refused_parts(mechanism)
-    yield from (
-        f"carried weight of body {body.name}" for body in mechanism.bodies if body.carried
-    )
+    yield from refused_weights(mechanism)
     for joint in mechanism.joints:
         name = joint_name(mechanism, joint)
         if joint.limits or np.any(joint.friction_loss):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -46,12 +46,10 @@ SLIP = 5.0
 POINT = 1e-4
 CORNER = 1e-3  # radius of the disc in a corner of a box, relative to the smallest half size
 FLAT = 1e-3  # largest thickness of a disc, relative to its diameter
-INITIAL_GAP = (
-    1.0  # [m] gap before the first step: it lets Exudyn see a first touch as an impact
-)
-PLANE = (
-    100.0  # [m] distance from the middle of a plane to its nearest side, for bouncing spheres
-)
+# [m] gap before the first step: it lets Exudyn see a first touch as an impact
+INITIAL_GAP = 1.0
+# [m] distance from the middle of a plane to its nearest side, for bouncing spheres
+PLANE = 100.0
 ROUNDING = 2.0 * sys.float_info.epsilon  # [m] rounding of the depths of contacts
 Mark = Callable[[Shape, Array], int]
 """Adds a marker at a place [m] in the frame of a shape; returns its number."""
@@ -100,18 +98,19 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
         places = np.array(list(product((-1, 1), repeat=3))) * (other.size - radius)
         return [(place, radius, any_axis) for place in places]
     if other.kind == "sphere" and other.size[0] > POINT:
-        axis = _only_axis(mechanism, other.body, normal)
+        axis = _only_axis(mechanism, turns, other.body, normal)
         return [] if axis is None else [(middle, float(other.size[0]), turn @ axis)]
     if other.kind == "sphere":
         return [(middle, float(other.size[0]), any_axis)]
     return []
 
 
-def _only_axis(mechanism: Mechanism, body: int, normal: Array) -> Array | None:
+def _only_axis(
+    mechanism: Mechanism, attitudes: Sequence[Array], body: int, normal: Array
+) -> Array | None:
     """The direction in the world of the only axis about which a body can turn, if that axis is
     parallel to a plane with this normal. If the body cannot turn, any direction in the plane; None
-    if it can turn otherwise."""
-    attitudes = drawn_attitudes(mechanism)
+    if it can turn otherwise. `attitudes` are the attitudes of all bodies in the drawing."""
     turning = [joint for joint in moving_joints(mechanism, body) if joint.kind != "slide"]
     if any(joint.kind != "hinge" for joint in turning):
         return None

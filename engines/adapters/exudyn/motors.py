@@ -11,6 +11,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.exudyn.tables import Tabulated
+from plumbob.engines.adapters.joints import ONE_AXIS
 from plumbob.engines.joint_forces import (
     JointForce,
     actuator_force,
@@ -40,7 +41,7 @@ def joint_forces(
     for number, joint in enumerate(mechanism.joints):
         actuators = actuators_of(mechanism, number)
         coordinate = places[number].start
-        if joint.kind in ("hinge", "slide"):
+        if joint.kind in ONE_AXIS:
             stiffness[coordinate] += joint.stiffness
             constant[coordinate] += joint.stiffness * float(joint.rest[0])
             damping[coordinate] += joint.damping[0]

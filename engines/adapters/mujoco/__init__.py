@@ -57,11 +57,13 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 def scheme(case: Case, method: Method) -> Scheme:
     """The scheme of `method` on a case.
 
-    - Free rotation, loops and contacts: the builder of the system names the scheme. - A servo with
-    Euler: the motor's damping is explicit, the joint's implicit. - A single free body that moves
-    and turns, with implicitfast: the step takes velocity derivatives of centripetal forces, as
-    `implicit` does. It is of first order; no theory here covers it. - Otherwise: the method's own
-    scheme."""
+    - Free rotation, loops and contacts: the builder of the system names the scheme.
+    - A servo with Euler: the motor's damping is explicit, the joint's implicit.
+    - A single free body that moves and turns, with implicitfast: the step takes velocity
+      derivatives of centripetal forces, as `implicit` does. It is of first order; no theory here
+      covers it.
+    - Otherwise: the method's own scheme.
+    """
     if case.system.kind in (FREE_ROTATION, SMOOTH, ON_PLANE):
         builder_scheme = getattr(builder("mujoco", case.system), "scheme", None)
         return method.scheme if builder_scheme is None else builder_scheme(method)

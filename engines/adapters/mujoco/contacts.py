@@ -41,9 +41,8 @@ PLANE_SOFTENING = 1e8  # the same factor for motion in the plane: with 1e2 slow 
 REGULARISATION_RATIO = 1e9  # regularisation of the normal over the regularisation of friction
 TOLERANCE = 1e-16  # solver's tolerance: needs barely more iterations than the default 1e-8
 
-JOINT_IMPEDANCE = (
-    0.9999  # largest impedance that MuJoCo allows, for the reduced model's friction
-)
+# largest impedance that MuJoCo allows, for the reduced model's friction
+JOINT_IMPEDANCE = 0.9999
 JOINT_HARDENING = 1e-3  # factor on 1 - JOINT_IMPEDANCE, set after compiling
 EXACT = 0.0  # solver's tolerance for a single scalar constraint, which is solved exactly
 

@@ -19,9 +19,8 @@ from plumbob.engines.adapters.mujoco.translation import (
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.rolling_ball.model import MODEL
 
-SETTLING = (
-    5000  # steps until a contact is at rest; a contact of 0.02 s needs 1000 steps of SLOW
-)
+# steps until a contact is at rest; a contact of 0.02 s needs 1000 steps of SLOW
+SETTLING = 5000
 SLOW = 1e-3  # [s] smallest step for finding the static depth of default contacts
 
 

@@ -16,7 +16,7 @@ WARM = 10  # steps before the time counts, to warm up the solver and the cache
 
 
 class TimedPeriods:
-    """A `Timed` simulation of some control periods of a compiled model. Each period begins at its
+    """A `TimedSimulation` of some control periods of a compiled model. Each period begins at its
     known state or, if that is nan, where the last period ended."""
 
     compile_seconds = 0.0

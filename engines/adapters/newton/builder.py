@@ -18,12 +18,18 @@ import numpy as np
 import warp
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.joints import joint_name, joint_places, joints_of_body
+from plumbob.engines.adapters.joints import (
+    ONE_AXIS,
+    joint_name,
+    joint_places,
+    joints_of_body,
+)
 from plumbob.engines.adapters.refusals import (
     names_of,
     refused_directions,
     refused_parts,
     refused_shapes,
+    refused_weights,
 )
 from plumbob.engines.adapters.rotors import moved_inertia
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
@@ -37,7 +43,6 @@ SolverName = Literal["featherstone", "xpbd", "mujoco"]
 # second where MuJoCo Warp iterates.
 HOLDING, HOLDING_BESIDE_CONSTRAINTS = 1e10, 1e4
 RIGID = 1e12  # [N/m] or [N m/rad] stiffness of a drive that prescribes a motion in XPBD
-ONE_AXIS = ("hinge", "slide")
 SIZES = MappingProxyType(
     {
         "plane": ("width", "length"),  # infinite if both are 0
@@ -116,9 +121,7 @@ def refused_features(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
     """Names the features of a mechanism that a solver of Newton, or this builder, cannot
     express."""
     yield from refused_parts(mechanism)
-    yield from (
-        f"carried weight of body {body.name}" for body in mechanism.bodies if body.carried
-    )
+    yield from refused_weights(mechanism)
     for number in range(1, len(mechanism.bodies)):
         joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
         slides = [joint.kind == "slide" for joint in joints]

@@ -19,6 +19,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import joint_places
 from plumbob.engines.adapters.newton.builder import Built
 from plumbob.engines.adapters.newton.coordinates import Coordinates
+from plumbob.engines.joint_forces import ends
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.stepper import State
@@ -141,8 +142,9 @@ class NewtonStepper:
         rows = np.zeros((steps, len(self.built.model.joint_qd)))
         for motor in self.mechanism.actuators:
             control = np.zeros(steps) if controls is None else controls[:, motor.control]
-            control = clamped(control, motor.control_range)
-            force = clamped(motor.gain * control + motor.bias[0], motor.force_range)
+            control = np.clip(control, *ends(motor.control_range))
+            force = motor.gain * control + motor.bias[0]
+            force = np.clip(force, *ends(motor.force_range))
             rows[:, self._first_rates[motor.joint]] += motor.gear * force
         times = self._times(steps)
         for held in rotors:
@@ -175,11 +177,6 @@ class NewtonStepper:
 def bounces(mechanism: Mechanism) -> bool:
     """Whether a pair of shapes has restitution."""
     return any(touch.restitution for touch in mechanism.touching)
-
-
-def clamped(values: Array, limits: tuple[float, float] | None) -> Array:
-    """The values, clamped to the limits if there are any."""
-    return values if limits is None else np.clip(values, *limits)
 
 
 def _writer(array: Any) -> Callable[[Array], None]:

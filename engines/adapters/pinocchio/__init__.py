@@ -72,10 +72,11 @@ def _load_file(path: Path, layout: Layout, step: float) -> PeerModel:
 
 
 def _build_mechanism(mechanism: Mechanism, start: State, step: float) -> Stepper:
-    """Returns the stepper of a mechanism at `step` [s]; raises Unsupported."""
-    from plumbob.engines.adapters.pinocchio.simulation import built
+    """Returns the stepper of a mechanism by semi-implicit Euler at `step` [s]; raises
+    Unsupported."""
+    from plumbob.engines.adapters.pinocchio.stepper import PinocchioStepper
 
-    return built(mechanism, start, step)
+    return PinocchioStepper(mechanism, EULER, step)
 
 
 def _derivatives(

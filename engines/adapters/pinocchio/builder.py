@@ -19,6 +19,7 @@ import pinocchio
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import (
+    ONE_AXIS,
     TURNING,
     joint_name,
     joint_places,
@@ -35,7 +36,6 @@ from plumbob.engines.mechanism import Joint, Mechanism, is_constant
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 
-HINGED = ("hinge", "slide")  # kinds of joint with one coordinate
 CLOSING = 50.0  # [1/s] rate at which the gap of a loop closes, critically damped
 # accuracy, mu and largest number of iterations of the solver for loops
 PROXIMAL = (1e-14, 1e-10, 50)
@@ -170,7 +170,7 @@ def refused_features(mechanism: Mechanism) -> Iterator[str]:
         name = joint_name(mechanism, joint)
         if joint.limits is not None or np.any(joint.friction_loss):
             yield f"limit or dry friction of joint {name}"
-        if joint.stiffness and joint.kind not in HINGED:
+        if joint.stiffness and joint.kind not in ONE_AXIS:
             yield f"spring of joint {name}, which is a {joint.kind} joint"
         if joint.velocity is not None and mechanism.loops:
             yield f"prescribed motion of joint {name} beside a loop"
@@ -186,7 +186,7 @@ def _driven_joints(mechanism: Mechanism) -> tuple[list[Driven], Array]:
         actuators = actuators_of(mechanism, number)
         acts = bool(joint.stiffness or np.any(joint.damping) or actuators)
         damping.append(joint.damping)
-        if acts and joint.kind in HINGED:
+        if acts and joint.kind in ONE_AXIS:
             force = passive_and_actuator_force(joint, actuators)
             driven.append(Driven(place.start, place_of_rates.start, force))
     return driven, np.concatenate([[], *damping])
@@ -207,7 +207,7 @@ def _coordinates(
     """The mechanism's coordinates at which Pinocchio's coordinates are 0, shape (nq,), and for each
     of Pinocchio's coordinates its number among the mechanism's, shape (nq,)."""
     references = [
-        joint.reference if joint.kind in HINGED else 0.0 * joint.reference
+        joint.reference if joint.kind in ONE_AXIS else 0.0 * joint.reference
         for joint in mechanism.joints
     ]
     reference = np.concatenate([[], *references])

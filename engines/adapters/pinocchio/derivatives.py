@@ -12,7 +12,8 @@ import pinocchio
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.integrators import fixed_steps
-from plumbob.engines.adapters.pinocchio.builder import HINGED, Dynamics
+from plumbob.engines.adapters.joints import ONE_AXIS
+from plumbob.engines.adapters.pinocchio.builder import Dynamics
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
@@ -50,7 +51,7 @@ class Variation:
     def __init__(self, scenes: Sequence[SceneMechanism], difference: float) -> None:
         mechanism = scenes[1].mechanism
         kinds = {joint.kind for joint in mechanism.joints}
-        if mechanism.loops or kinds - set(HINGED):
+        if mechanism.loops or kinds - set(ONE_AXIS):
             raise Unsupported("derivatives by Pinocchio need a tree of hinges and slides")
         limits = [joint.force_range for joint in mechanism.joints]
         limits += [actuator.force_range for actuator in mechanism.actuators]

@@ -6,13 +6,10 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from plumbob.analytic.schemes import EULER
 from plumbob.engines.adapters.pinocchio.stepper import PinocchioStepper
 from plumbob.engines.adapters.stepped_mechanism import begun, compiled_scene
 from plumbob.engines.adapters.stepping import stepped
-from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Method, Simulation
-from plumbob.engines.stepper import State
 from plumbob.models.scene import Case
 
 
@@ -23,8 +20,3 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, scene.controls))
     uncontrolled = replace(scene, controls=None)  # the stepper evaluates the controls
     return stepped(case, step, lambda: begun(case, uncontrolled, step, stepper()))
-
-
-def built(mechanism: Mechanism, start: State, step: float) -> PinocchioStepper:
-    """A stepper of a mechanism by semi-implicit Euler at `step` [s]; raises Unsupported."""
-    return PinocchioStepper(mechanism, EULER, step)

@@ -234,7 +234,7 @@ def _loaded_joints(mechanism: Mechanism, built: Built) -> Iterator[LoadedJoint]:
     for number, (joint, link) in enumerate(zip(mechanism.joints, built.joints, strict=True)):
         actuators = actuators_of(mechanism, number)
         passive = bool(joint.stiffness or joint.damping[0])
-        biased = any(any(actuator.bias) for actuator in actuators)
+        biased = any(actuator.biased for actuator in actuators)
         if joint.kind not in TURNING and (passive or actuators):
             exerted = passive_and_actuator_force(joint, actuators)
             reference = float(joint.reference[0])

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.joints import TURNING, joints_of_body
 from plumbob.engines.adapters.pymunk.plane import CLOSE, Drawing, Plane, drawing, plane_of
 from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.method import Unsupported
@@ -34,9 +35,8 @@ class Hinge:
 
     joint: int  # number of the joint
     place: complex  # place in the drawing [m]
-    sense: (
-        float  # 1 if its coordinate counts like angles in the plane, -1 if it counts backwards
-    )
+    # 1 if its coordinate counts like angles in the plane, -1 if it counts backwards
+    sense: float
     reference: float  # coordinate in the drawing [rad]
 
 
@@ -187,7 +187,7 @@ def links_of(mechanism: Mechanism, start: State) -> Links:
     drawn = drawing(mechanism)
     links = Links(plane_of(mechanism, start, drawn), drawn)
     for number, body in enumerate(mechanism.bodies[1:], start=1):
-        joints = [(n, j) for n, j in enumerate(mechanism.joints) if j.body == number]
+        joints = [(n, mechanism.joints[n]) for n in joints_of_body(mechanism, number)]
         if any(joint.velocity is not None for _, joint in joints):
             continue  # the body is a platform that carries the plane
         if not joints:
@@ -243,7 +243,7 @@ def _refuse(mechanism: Mechanism) -> None:
     missing += [f"carried weight of {body.name}" for body in mechanism.bodies if body.carried]
     for joint in mechanism.joints:
         features = {
-            f"{joint.kind} joint": joint.kind in ("ball", "free"),
+            f"{joint.kind} joint": joint.kind in TURNING,
             "limits of joint": joint.limits is not None,
             "friction of joint": bool(np.any(joint.friction_loss)),
             "range of forces of joint": joint.force_range is not None,

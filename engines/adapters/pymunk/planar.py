@@ -208,7 +208,7 @@ def _push_along(made: Assembly, number: int, slide: Slide) -> None:
     """Adds the forces of a slide's damper and actuators, which act in each step."""
     joint = made.planar.mechanism.joints[slide.joint]
     actuators = actuators_of(made.planar.mechanism, slide.joint)
-    damped = bool(joint.damping[0]) or any(any(a.bias) for a in actuators)
+    damped = bool(joint.damping[0]) or any(a.biased for a in actuators)
     if not (damped or actuators):
         return
     if abs(abs(slide.along) - 1.0) > CLOSE:
@@ -250,8 +250,8 @@ def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
     link = planar.links.all[number]
     joint = planar.mechanism.joints[hinge.joint]
     actuators = actuators_of(planar.mechanism, hinge.joint)
-    motors = [a for a in actuators if not any(a.bias)]
-    servos = [a for a in actuators if any(a.bias)]
+    motors = [a for a in actuators if not a.biased]
+    servos = [a for a in actuators if a.biased]
     sense = hinge.sense
     body = made.bodies[number]
     carrier = made.body(link.parent)

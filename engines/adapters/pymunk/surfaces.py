@@ -41,12 +41,10 @@ class Surface:
     link: int  # number of its link, or WORLD
     place: complex  # its middle from the link's centre, or a point of a floor [m]
     radius: float  # radius of a circle; 0 for a box or a floor [m]
-    size: (
-        float  # length that tolerances scale with: a circle's radius, a box's longest edge [m]
-    )
-    half: complex = (
-        0j  # half width (real) and half height (imaginary) of a box, in its link's axes
-    )
+    # length that tolerances scale with: a circle's radius, a box's longest edge [m]
+    size: float
+    # half width (real) and half height (imaginary) of a box, in its link's axes
+    half: complex = 0j
     normal: complex = 0j  # normal of a floor, pointing away from the floor
     point: bool = False  # whether a circle stands for a point
 

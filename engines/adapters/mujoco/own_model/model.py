@@ -175,7 +175,7 @@ class MujocoModel:
             values[values[:, 0] == SAFE * self.step, 0] *= SOFTER
         if "o_solref" in self.clamped:
             softer.opt.o_solref[0] *= SOFTER
-        parts = round(script.period / self.step)
+        parts = script.parts(self.step)
         return self._runs_apart(softer, script, self.integrator, parts)
 
     def _runs_apart(self, other: Any, script: Script, integrator: str, parts: int) -> bool:
@@ -236,7 +236,7 @@ class MujocoModel:
         """The kinds of the model's shapes for which touches within a step are not searched."""
         return unmeasured(self.effective)
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         """The names of the joints and actuators, and the places of coordinates in a state."""
         model = self.effective
@@ -338,7 +338,7 @@ class MujocoModel:
         put(data, script.start)
         for control in script.controls:
             data.ctrl[:] = control
-            for _ in range(round(script.period / self.step)):
+            for _ in range(script.parts(self.step)):
                 mujoco.mj_step(model, data)
                 if diverged(data):
                     return
