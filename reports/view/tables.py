@@ -19,13 +19,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from plumbob.reports.records import notation
-from plumbob.reports.records.page_records import PairVerdict
 from plumbob.reports.view import palette, plotly_figure
 from plumbob.reports.view.content import Cell, Figure, Statement, Table, value
 from plumbob.reports.view.sources import as_printed
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
+    from plumbob.reports.records.page_records import PairVerdict
 
 TABLE_TEMPLATES = Path(__file__).parents[1] / "templates"
 BAR = re.compile(r"(?<!\\)\|")

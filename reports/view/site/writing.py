@@ -63,7 +63,7 @@ SHARED_PAGES = MappingProxyType(
 """{page that belongs to no system: name of the common value that it needs}. A page whose value is
 missing is left out."""
 SEARCH = "search.js"
-BARE_TEMPLATE, FRAME_TEMPLATE = "bare.html.jinja", "frame.html.jinja"
+BARE_TEMPLATE = "bare.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # name of the page, its template, values of the template
 
 
