@@ -85,9 +85,8 @@ def _model_changes(old: Release, new: Release) -> Iterator[ReleaseChange]:
         lost = ["fields" not in audit for audit in (before, now)]
         if any(lost):
             if lost[0] != lost[1]:
-                yield ReleaseChange(
-                    "", "", subject, "audit", *(why or "certified" for why in refusals)
-                )
+                answers = [why or "certified" for why in refusals]
+                yield ReleaseChange("", "", subject, "audit", *answers)
             continue
         for change in changes(before, now):
             yield ReleaseChange(
@@ -112,8 +111,9 @@ class FirstChange:
 def first_change(versions: Sequence[str], measure: Measure, limit: float) -> FirstChange:
     """Returns the first of the `versions`, old to new, whose results differ from the oldest
     version's by more than `limit`, a fraction of an error. The number of releases that are measured
-    is at most 2 more than the logarithm of their number to base 2, rounded up. If a release cannot
-    be measured, it counts as differing."""
+    is at most 2 more than the logarithm of their number to base 2, rounded up; if oldest and newest
+    agree and a release in between differs, at most twice that. If a release cannot be measured, it
+    counts as differing."""
     tried: dict[int, Release] = {}
 
     def differs(number: int, other: int = 0) -> bool:
