@@ -4,8 +4,9 @@ certified motions, errors and fields of model files."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from plumbob.engines.audit.changes import changes
 from plumbob.engines.releases.measuring import Release
@@ -68,8 +69,15 @@ def _scene_changes(old: Release, new: Release) -> Iterator[ReleaseChange]:
     for kind in ("verdicts", "presence", "errors"):
         for row in rows[kind]:
             subject = f"{row['scene']} {row['method']}"
-            texts = [str(row[name]) for name in ("what", "old", "new")]
-            change = ReleaseChange("", "", subject, *texts, growth=row["growth"])
+            change = ReleaseChange(
+                before="",
+                version="",
+                subject=subject,
+                what=row["what"],
+                old=str(row["old"]),
+                new=str(row["new"]),
+                growth=row["growth"],
+            )
             if kind == "verdicts":
                 yield change
             elif subject not in largest or _size(change) > _size(largest[subject]):
@@ -77,16 +85,25 @@ def _scene_changes(old: Release, new: Release) -> Iterator[ReleaseChange]:
     yield from largest.values()
 
 
+def audited_file(audit: Mapping[str, Any]) -> str:
+    """Returns the path of the model file of a stored audit, or the name of the model."""
+    return str(audit.get("path", audit.get("model", "")))
+
+
 def _model_changes(old: Release, new: Release) -> Iterator[ReleaseChange]:
     """Gives the changes of the audits of model files."""
-    for before, now in zip(old.audits, new.audits, strict=False):
-        subject = str(now.get("path", now.get("model", "")))
+    older = {audited_file(audit): audit for audit in old.audits}
+    for now in new.audits:
+        subject = audited_file(now)
+        if subject not in older:
+            continue
+        before = older[subject]
         refusals = [str(audit.get("why", "")) for audit in (before, now)]
         lost = ["fields" not in audit for audit in (before, now)]
         if any(lost):
             if lost[0] != lost[1]:
-                answers = [why or "certified" for why in refusals]
-                yield ReleaseChange("", "", subject, "audit", *answers)
+                was, now_is = (why or "certified" for why in refusals)
+                yield ReleaseChange("", "", subject, "audit", was, now_is)
             continue
         for change in changes(before, now):
             yield ReleaseChange(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.engines.releases.measuring import Release
-from plumbob.reports.judge.release_changes import ReleaseChange
+from plumbob.reports.judge.release_changes import ReleaseChange, audited_file
 from plumbob.reports.records.notation import metres
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.view.method_results import results_of
@@ -66,7 +66,7 @@ def _model_cells(release: Release) -> dict[str, tuple[str, float | None]]:
             text = "not certified"
         else:
             text = f"{metres(error)} at {audit['certified_until']:.3g} s"
-        cells[str(audit.get("path", audit.get("model", "")))] = (text, None)
+        cells[audited_file(audit)] = (text, None)
     return cells
 
 
