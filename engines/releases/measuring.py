@@ -1,5 +1,5 @@
-"""What is measured with each release: a study of scenes, and audits of model files. Each release
-runs in a process of its own, which uses the release's overlay."""
+"""Measures scenes and model files with each of several releases of an engine. Each release runs in
+a process of its own, which uses the release's overlay."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from plumbob.engines.releases.overlays import NotInstalled, Overlay, overlay
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 
-LONGEST = 7200.0  # [s] longest wall time of what is measured with one release
-TICK = 0.1  # [s] time between two looks at the processes
+LONGEST_RELEASE = 7200.0  # [s] longest wall time of what is measured with one release
+POLLING = 0.1  # [s] time between two looks at the processes
 AT_ONCE = 2  # number of releases that are measured at the same time
 ANSWERED = (0, 1)  # exit codes of a command that has an answer
 ASKED, AUDITS = "asked.json", "audits.json"  # files in the folder of a release
 
 
 @dataclass(frozen=True)
-class Question:
-    """What is measured with each release of an engine."""
+class ReleaseQuestion:
+    """The scenes and model files that are measured with each release of an engine."""
 
     distribution: str
     scenes: str = ""  # pattern of scenes; empty for none
@@ -54,7 +54,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Release:
-    """What was measured with one release."""
+    """The results with one release."""
 
     version: str
     size: int = 0  # [bytes] size of its overlay
@@ -66,12 +66,14 @@ class Release:
 class _Running:
     """The processes that measure one release, one after the other."""
 
-    def __init__(self, question: Question, installed: Overlay, folder: Path, jobs: int) -> None:
+    def __init__(
+        self, question: ReleaseQuestion, installed: Overlay, folder: Path, jobs: int
+    ) -> None:
         self.question = question
         self.installed = installed
         self.folder = folder
         self.why = ""  # why a command has no answer
-        self._ends = time.monotonic() + LONGEST
+        self._ends = time.monotonic() + LONGEST_RELEASE
         self._waiting = list(question.commands(folder, jobs))
         self._process: subprocess.Popen[bytes] | None = None
         self._file = ""
@@ -107,7 +109,7 @@ class _Running:
         out of time."""
         if code is None:
             self.stop()
-            self.why = f"no answer within {LONGEST:g} s"
+            self.why = f"no answer within {LONGEST_RELEASE:g} s"
         elif code not in ANSWERED and not self._has_audits(code):
             text = (self.folder / "messages.txt").read_text("utf-8", "backslashreplace")
             lines = text.split("\n") if text.strip() else [f"exit code {code}"]
@@ -129,7 +131,7 @@ class _Running:
 
 
 def measured(
-    question: Question,
+    question: ReleaseQuestion,
     versions: Sequence[str],
     folder: Path,
     cache: Path,
@@ -138,8 +140,8 @@ def measured(
 ) -> list[Release]:
     """Returns what is measured with each of the `versions`, in their order. Results are stored in
     `folder`; a release whose results for this question are there is not measured again. Overlays
-    are stored in `cache`. `jobs` processes run at a time; `show` is told what has just ended, and
-    how many of how many releases are done."""
+    are stored in `cache`. `jobs` processes run at a time; `show` is called with the release
+    that begins, the number of finished releases and the number of all."""
     done: dict[str, Release] = {}
     waiting = list(versions)
     jobs_each = max(1, jobs // AT_ONCE)
@@ -156,7 +158,7 @@ def measured(
             for run in [run for run in running if run.is_done()]:
                 running.remove(run)
                 done[run.installed.version] = _ended(run)
-            time.sleep(TICK if running else 0.0)
+            time.sleep(POLLING if running else 0.0)
     return [done[version] for version in versions]
 
 
@@ -172,7 +174,7 @@ def _stopped_at_the_end() -> Iterator[list[_Running]]:
 
 
 def _started(
-    question: Question, version: str, folder: Path, cache: Path, jobs: int
+    question: ReleaseQuestion, version: str, folder: Path, cache: Path, jobs: int
 ) -> Release | _Running:
     """Returns the results of a release if they are stored, or if the release cannot be installed;
     else what measures them."""
@@ -198,12 +200,12 @@ def _ended(run: _Running) -> Release:
     return _stored(run.question, run.installed, run.folder)
 
 
-def _plain(question: Question) -> Any:
+def _plain(question: ReleaseQuestion) -> Any:
     """Returns a question as JSON reads it."""
     return json.loads(json.dumps(asdict(question)))
 
 
-def _stored(question: Question, installed: Overlay, folder: Path) -> Release:
+def _stored(question: ReleaseQuestion, installed: Overlay, folder: Path) -> Release:
     """Returns what is stored in the folder of a release."""
     study = store.load(folder / store.FILE) if question.scenes else None
     audits = json.loads((folder / AUDITS).read_text("utf-8")) if question.models else []

@@ -19,11 +19,11 @@ from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Engine
-    from plumbob.engines.releases.measuring import Question, Release
+    from plumbob.engines.releases.measuring import ReleaseQuestion, Release
     from plumbob.engines.study.scheduler import Progress
     from plumbob.reports.judge.release_changes import FirstChange, ReleaseChange
 
-PAGE = "releases.html"
+RELEASES_PAGE = "releases.html"
 MOVED, INCOMPLETE = 1, 3
 
 
@@ -37,7 +37,7 @@ def command(chosen: argparse.Namespace) -> int:
     engine, distribution = _engine(chosen.engine)
     question = _question(chosen, engine, distribution)
     out = Path(chosen.out)
-    check_replaceable("out", out / PAGE)
+    check_replaceable("out", out / RELEASES_PAGE)
     versions, offline = chosen_versions(chosen.versions, question.distribution, cache_folder())
     writable_folder("out", out)
     if offline:
@@ -62,10 +62,10 @@ def _engine(name: str) -> tuple[Engine, str]:
     raise ParameterError("engine", name, f"one of {', '.join(every)}, or the name of a package")
 
 
-def _question(chosen: argparse.Namespace, engine: Engine, distribution: str) -> Question:
+def _question(chosen: argparse.Namespace, engine: Engine, distribution: str) -> ReleaseQuestion:
     """Returns what is measured with each release: the subjects that are files are models, the
     others are patterns of scenes; without a subject all scenes. Raises ParameterError."""
-    from plumbob.engines.releases.measuring import Question
+    from plumbob.engines.releases.measuring import ReleaseQuestion
 
     models = [text for text in chosen.subject if Path(text).is_file()]
     patterns = [text for text in chosen.subject if text not in models]
@@ -77,7 +77,7 @@ def _question(chosen: argparse.Namespace, engine: Engine, distribution: str) -> 
         matching_scenes(pattern)
     if models and engine.name != "mujoco":
         raise ParameterError("subject", models[0], "a scene: model files are for MuJoCo")
-    return Question(
+    return ReleaseQuestion(
         distribution=distribution,
         scenes=",".join(patterns),
         methods=chosen.methods or f"{engine.name}/*",
@@ -89,7 +89,10 @@ def _question(chosen: argparse.Namespace, engine: Engine, distribution: str) -> 
 
 
 def _measured(
-    chosen: argparse.Namespace, question: Question, versions: Sequence[str], show: Progress
+    chosen: argparse.Namespace,
+    question: ReleaseQuestion,
+    versions: Sequence[str],
+    show: Progress,
 ) -> tuple[list[Release], FirstChange | None]:
     """Returns what was measured with the releases, old to new; with --bisect with those that tell
     the first release that differs, and that release."""
@@ -127,7 +130,9 @@ def _show(
     limit = 0.0 if chosen.above is None else chosen.above
     moved = [change for change in changes if change.is_beyond(limit)]
     rows = release_rows(releases)
-    page = write_releases(Path(chosen.out), PAGE, releases, rows, changes, moved, chosen.line)
+    page = write_releases(
+        Path(chosen.out), RELEASES_PAGE, releases, rows, changes, moved, chosen.line
+    )
     record = {
         "releases": [
             {"version": release.version, "bytes": release.size, "why": release.why}

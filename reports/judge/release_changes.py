@@ -1,5 +1,5 @@
-"""What changed from one release of an engine to another: verdicts and errors of scenes, and the
-certified motions, errors and fields of model files."""
+"""Differences between releases of an engine: verdicts and errors of scenes, and the certified
+motions, errors and fields of model files."""
 
 from __future__ import annotations
 
