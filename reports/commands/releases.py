@@ -19,7 +19,7 @@ from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Engine
-    from plumbob.engines.releases.measuring import ReleaseQuestion, Release
+    from plumbob.engines.releases.measuring import Release, ReleaseQuestion
     from plumbob.engines.study.scheduler import Progress
     from plumbob.reports.judge.release_changes import FirstChange, ReleaseChange
 
