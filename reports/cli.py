@@ -33,6 +33,7 @@ COMMANDS = (
     "stability",
     "gradient",
     "compare",
+    "releases",
     "sweep",
     "worst",
     "identify",

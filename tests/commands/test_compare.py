@@ -73,7 +73,7 @@ def test_growth_beyond_the_limit_is_exit_code_1(
     factor, above, code, study, compare, monkeypatch
 ):
     judged = judge_study(study)
-    monkeypatch.setattr("plumbob.reports.commands.compare.judge_study", lambda _: judged)
+    monkeypatch.setattr("plumbob.reports.judge.study_differences.judge_study", lambda _: judged)
     more = [] if above is None else ["--fail-above", above]
     found, out = compare(changed(study, errors_times(factor)), *more)
     assert found == code

@@ -12,7 +12,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Options, Unsupported
 from plumbob.engines.own_motion import NotCertifiable
 
@@ -34,8 +33,8 @@ ELSEWHERE = (
 
 
 def apply(spec: mujoco.MjSpec, settings: Options, step: float) -> None:
-    """Sets the time step [s] and the options named in `settings` on `spec`; raises
-    ParameterError."""
+    """Sets the time step [s] and the options named in `settings` on `spec`. Raises Unsupported if
+    the installed release of MuJoCo lacks an option or one of its values."""
     spec.option.timestep = step
     for option, value in settings.items():
         if option in ELSEWHERE:
@@ -46,10 +45,15 @@ def apply(spec: mujoco.MjSpec, settings: Options, step: float) -> None:
             known = {word(option, number): number for number in numbers}
             chosen = known.get(str(value).lower())
             if chosen is None:
-                raise ParameterError(option, value, f"one of {', '.join(known)}")
+                raise _not_in_release(f"{option} {value!r}")
         elif not hasattr(spec.option, option):
-            raise ParameterError(option, value, "an option that MuJoCo has")
+            raise _not_in_release(f"option {option}")
         setattr(spec.option, option, chosen)
+
+
+def _not_in_release(what: str) -> Unsupported:
+    """Returns the error for something that the installed release of MuJoCo lacks."""
+    return Unsupported(f"MuJoCo {mujoco.__version__} has no {what}")
 
 
 def word(option: str, value: float) -> str:
