@@ -53,7 +53,7 @@ from plumbob.reports.view.user_settings import user_settings_table as own_table
 GRADIENTS_FINDING = "gradients-through-contact"  # finding whose picture is on the index
 SHARED_PAGES = MappingProxyType(
     {
-        ENGINES_SECTION: "on_engines",
+        ENGINES_SECTION: "engines_page",
         "cheapest": "advice",
         "sources": "sources",
         "glossary": "terms",
@@ -196,6 +196,7 @@ def _common(
     settings = shown_settings(records.study.settings)
     advice = {name: record.recommendations for name, record in records.scenes.items()}
     recommendations = top_tables.recommendations(study, advice)
+    sides = side_by_side(study, results, records.study.systems)
     return {
         "study": study,
         "views": views,
@@ -218,7 +219,8 @@ def _common(
         "matrices": matrix.matrices(
             study, results, matrix.sorted_scenes(study.scenes, records.study.systems)
         ),
-        "sides": side_by_side(study, results, records.study.systems),
+        "sides": sides,
+        "engines_page": bool(sides or on_engines),
         "phenomena": phenomena(study, results, records.study.systems),
         "signs": dict(SIGNS),
         "engines": {
