@@ -130,8 +130,12 @@ class AdvisedSetting:
     step: float  # [s]
     error: float  # relative
     scene: str  # scene with that error
-    ns_per_second: float  # [ns] computing time of a simulated second, the median over the scenes
-    stable_below: float  # [s] smallest limit of stability on the scenes; infinite if none is known
+    ns_per_second: (
+        float  # [ns] computing time of a simulated second, the median over the scenes
+    )
+    stable_below: (
+        float  # [s] smallest limit of stability on the scenes; infinite if none is known
+    )
 
 
 @dataclass(frozen=True)
@@ -186,8 +190,12 @@ def step_requests(plan: StudyPlan) -> tuple[StepRun, ...]:
     patterns = [pattern for kind in SIMULATED_KINDS for pattern in kind.scenes]
     further = [motion for kind in SIMULATED_KINDS for motion in kind.further]
     patterns += [pattern for motion in further for pattern in motion.scenes]
-    lacking = [s for s in usual_scenes(plan.scenes, patterns) if RECOMMENDED_STEP not in s.steps]
-    names = [name for name in ADVISED_METHODS if name != DEFAULT_METHOD]  # that one is run anyway
+    lacking = [
+        s for s in usual_scenes(plan.scenes, patterns) if RECOMMENDED_STEP not in s.steps
+    ]
+    names = [
+        name for name in ADVISED_METHODS if name != DEFAULT_METHOD
+    ]  # that one is run anyway
     return tuple(
         StepRun(scene.name, name, RECOMMENDED_STEP)
         for scene in lacking
@@ -244,7 +252,9 @@ def _advised_kind(
     if defaults is None or not settings:
         return None
     further = {
-        motion.name: kind_settings([scene.name for scene in _scenes_of(motion, usual, ran)], runs)
+        motion.name: kind_settings(
+            [scene.name for scene in _scenes_of(motion, usual, ran)], runs
+        )
         for motion in kind.further
         if usual_scenes(ran, motion.scenes)
     }

@@ -8,6 +8,7 @@ from statistics import median_high
 import pytest
 
 from plumbob.engines.study.extra_runs import StepRun
+from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.cli import main
 from plumbob.reports.records import notation
 from plumbob.reports.view.site.writing import write_study_pages
@@ -19,15 +20,16 @@ from plumbob.tests.support.page_document import Document, broken_links, resolve,
 # usual scenes of each kind in the study, as a reader would name them
 SCENES = {
     "slides": ("capsule-line/ca1", "capsule-coast/translation"),
-    "arm": ("servo/motor-damped", "servo/joint-damped"),
+    "arm": ("servo/motor-damped", "servo/joint-damped", "linear-pendulum/overdamped"),
     "servo": ("servo/motor-damped", "servo/joint-damped"),
     "grips": ("pinch/0.5", "incline/rest"),
+    "rolls": ("rolling-ball/slide-to-roll",),
 }
 NAMED = re.compile(r"<code>(mujoco/\S+)</code> at (\S+)&nbsp;ms")
 USE = re.compile(r'<p class="use">.*?</p>', re.S)
 KEPT = re.compile(r"error <b>(.*?)</b>", re.S)
-SEEN = """() => [...document.querySelectorAll("#simulate .kind")].filter((one) => one.checkVisibility())
-  .map((one) => [one.dataset.kind, one.innerText])"""
+SEEN = """() => [...document.querySelectorAll("#simulate .kind")]
+  .filter((one) => one.checkVisibility()).map((one) => [one.dataset.kind, one.innerText])"""
 
 
 @pytest.fixture(scope="module")
@@ -173,6 +175,22 @@ def _trusted(scene, method):
     return judged is not None and judged.verdict in ("predicted", "converges")
 
 
+def test_no_advised_step_is_within_a_fifth_of_its_limit(text):
+    """Of the one scene whose limits are known; each limit is said beside the setting."""
+    limits = {
+        request.method: min(limit.largest for limit in found.limits)
+        for request, found in chosen.study().extras.items()
+        if isinstance(request, StabilitySearch) and found.limits
+    }
+    assert min(limits.values()) < 0.5
+    blocks = re.findall(r'class="advice".*?>(.*?)</div>', _articles(text)["arm"], re.S)
+    for block in blocks:
+        method, ms = NAMED.search(USE.search(block)[0]).groups()
+        assert 1e-3 * float(ms) < 0.8 * limits[method]
+        said = f"Stable below {notation.number(1e3 * limits[method])} ms"
+        assert said in _plain(block) or limits[method] > 1e9
+
+
 def test_commands_and_links_of_the_page(text, index):
     for command in re.findall(r"<code data-settings>(.*?)</code>", text):
         resolve(html.unescape(command), index.parent)
@@ -205,6 +223,55 @@ def test_the_address_restores_a_choice_and_the_settings_are_the_commands(
     assert 'friction="0.6 0.6"' in snippet
     with visited(browser, index, kept) as visit:
         assert visit.ask(SEEN) == before
+
+
+# Each question with the place that answers it, within one screen and one click of the index, and
+# what the place says: by the studies whose pages are drawn here.
+QUESTIONS = {
+    "which step for 1 % on a sliding robot": (
+        "#simulate?kind=slides&step=any&error=0.01",
+        "#kind-slides",
+        r"Use mujoco/\S+\+coulomb at \d\S* ms: error 0\.\d+ %",
+    ),
+    "is RK4 worth it": (
+        "#simulate?kind=arm&error=0.001",
+        "#kind-arm",
+        r"default settings at 2 ms: \S+ % wrong.*Use mujoco/rk4 at .*times the default's",
+    ),
+    "is my integrator stable at 10 ms": (
+        "#largest-step",
+        ".largest-step",
+        r"stable up to 2.22 s .predicted.*linear-pendulum/overdamped",
+    ),
+    "settings for friction 0.6 at 2 ms": (
+        "#simulate?kind=slides&step=0.002&error=0.01&friction=0.6",
+        "#kind-slides",
+        r'timestep="2e-3".*friction="0\.6 0\.6".*--step 0\.002 --friction 0\.6',
+    ),
+    "how wrong is my model": ("#kind-own", "#kind-own", r"plumbob audit my\.xml"),
+    "which integrator for a servo with kv": (
+        "#simulate?kind=servo&step=any&error=0.01",
+        "#kind-servo",
+        r"Use mujoco/rk4 at .*implicitfast: it steps kv implicitly",
+    ),
+}
+
+
+@pytest.mark.long
+def test_a_question_is_answered_at_one_place(index, browser):
+    with visited(browser, index) as visit:
+        links = visit.ask("[...document.querySelectorAll('main a')].map((one) => one.hash)")
+        for question, (place, part, said) in QUESTIONS.items():
+            visit.ask("(place) => { location.hash = place; }", place)
+            visit.page.wait_for_timeout(100)
+            shown = visit.page.locator(part)
+            visit.ask(
+                "document.querySelectorAll('details').forEach((one) => { one.open = true; })"
+            )
+            text = " ".join(shown.inner_text().split())
+            assert re.search(said, text), (question, text)
+            kind = re.search(r"kind=(\w+)", place)
+            assert (f"#kind-{kind[1]}" if kind else place) in links, question
 
 
 @pytest.mark.long

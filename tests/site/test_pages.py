@@ -100,7 +100,7 @@ def test_commands_on_the_pages_run(page, capsys):
         resolve(command, page.parent)
         kinds.setdefault(words(command)[0], []).append(command)
     kinds_shown = {"validate", "solve", "run", "settings", "recommend", "models", "stability"}
-    assert set(kinds) == kinds_shown | {"gradient"}
+    assert set(kinds) == kinds_shown | {"gradient", "audit"}
     for kind in ("solve", "run", "settings"):
         assert main(words(min(kinds[kind], key=len))) == 0
         assert capsys.readouterr().err == ""

@@ -9,7 +9,7 @@ from plumbob.reports.view.content import Finding
 from plumbob.reports.view.method_results import Results
 from plumbob.reports.view.site.claims import NOT_SHOWN
 
-MOST_FINDINGS = 5
+MOST_FINDINGS = 4
 
 
 def meanings_by_engine(all_results: Results) -> Mapping[str, Counter[str]]:

@@ -1,5 +1,4 @@
-"""The entries of the search in a page's header: topics, engines, systems, scenes, methods, findings,
-commands and terms."""
+"""The entries of the search in a page's header, from topics and engines to commands and terms."""
 
 from __future__ import annotations
 

@@ -15,7 +15,10 @@ from plumbob.reports.view.site.matrix import engine_names, sorted_scenes
 from plumbob.reports.view.site.views import PageView
 
 CLOSED_FORM_ENGINE = "exact"  # it simulates nothing
-FIRST_PAIRS = (("pymunk", "mujoco"), ("mujoco/euler", "mujoco/rk4"))  # the first that has scenes
+FIRST_PAIRS = (
+    ("pymunk", "mujoco"),
+    ("mujoco/euler", "mujoco/rk4"),
+)  # the first that has scenes
 WITHIN = 0.01  # relative error up to which a method agrees with the exact motion
 # decades that the plot shows, from the smallest error to the largest
 SMALLEST_DECADE, LARGEST_DECADE = -14, 2
