@@ -374,11 +374,11 @@ def _further_advice(
     name: str, settings: Sequence[AdvisedSetting], step: float, error: float
 ) -> FurtherAdvice:
     """Returns the advice for a further motion at the step of the kind's own setting, or else at a
-    smaller step."""
+    smaller step; at any step if no smaller one was run."""
     setting, reached = _best(settings, step, error)
     if not reached:
         smaller = [one for one in settings if one.step <= step * (1.0 + 1e-9)]
-        setting, reached = _best(smaller, None, error)
+        setting, reached = _best(smaller or settings, None, error)
     return FurtherAdvice(name, setting, reached)
 
 

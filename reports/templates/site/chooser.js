@@ -38,6 +38,7 @@
       }
       for (const copied of kind.querySelectorAll(".copied")) copied.hidden = copied.dataset.of !== of;
       const number = Number(chosen.friction) > 0 ? chosen.friction : first.friction;
+      for (const one of kind.querySelectorAll(".frictions")) one.hidden = one.dataset.measured.split(" ").map(Number).includes(Number(number));
       for (const [one, text] of codes) {
         one.textContent = one.tagName !== "PRE" ? text.replace(/--friction .*/, `--friction ${number}`)
           : text.replace(/ friction="([^"]+)"/g, (_, all) => ` friction="${all.split(" ").map(() => number).join(" ")}"`);

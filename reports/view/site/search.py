@@ -55,7 +55,7 @@ def _entries(
 
 
 def _topics(common: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yields the name, the id and the words of each topic that the study's pages have a place
+    """Yields the name, the id and the synonyms of each topic that the study's pages have a place
     for."""
     places = {"kind-own", *(f"kind-{kind.name}" for kind in common["kinds"])}
     places |= {view.system.name for view in common["views"]} | {"matrix"}
