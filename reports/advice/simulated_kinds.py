@@ -48,8 +48,8 @@ ADVISED_STEPS = tuple(float(f"{m}e-{e}") for e in (6, 5, 4, 3, 2) for m in (1, 2
 
 @dataclass(frozen=True)
 class FurtherMotion:
-    """What a body of a kind may do besides: advice for it counts these scenes too, or these alone
-    if the motion takes the place of the kind's own."""
+    """A further motion of a body. The advice for it counts its scenes beside those of the kind, or
+    its scenes alone."""
 
     name: str
     scenes: tuple[str, ...]  # patterns
@@ -193,9 +193,8 @@ def step_requests(plan: StudyPlan) -> tuple[StepRun, ...]:
     lacking = [
         s for s in usual_scenes(plan.scenes, patterns) if RECOMMENDED_STEP not in s.steps
     ]
-    names = [
-        name for name in ADVISED_METHODS if name != DEFAULT_METHOD
-    ]  # that one is run anyway
+    # Every study runs the default method at this step.
+    names = [name for name in ADVISED_METHODS if name != DEFAULT_METHOD]
     return tuple(
         StepRun(scene.name, name, RECOMMENDED_STEP)
         for scene in lacking

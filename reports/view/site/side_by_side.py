@@ -19,7 +19,7 @@ FIRST_PAIRS = (
     ("pymunk", "mujoco"),
     ("mujoco/euler", "mujoco/rk4"),
 )  # the first that has scenes
-WITHIN = 0.01  # relative error up to which a method agrees with the exact motion
+AGREEMENT = 0.01  # relative error up to which a method agrees with the exact motion
 # decades that the plot shows, from the smallest error to the largest
 SMALLEST_DECADE, LARGEST_DECADE = -14, 2
 
@@ -61,7 +61,7 @@ def side_by_side(
             if row.errors
         ],
         decades=(SMALLEST_DECADE, LARGEST_DECADE),
-        within=WITHIN,
+        within=AGREEMENT,
     )
 
 
@@ -119,12 +119,12 @@ def _place(error: float) -> float:
 
 def pair_summary(rows: Sequence[SceneErrors], pair: tuple[str, str]) -> PageView:
     """Returns the numbers of the sentences about two methods: on how many scenes each is within
-    WITHIN, and the largest error of each on the usual scenes of each kind of body."""
+    AGREEMENT, and the largest error of each on the usual scenes of each kind of body."""
     both = [row for row in rows if set(pair) <= set(row.errors)]
     kinds = dict.fromkeys(row.kind for row in both if row.kind)
     return PageView(
         count=len(both),
-        within=[sum(row.errors[name].error <= WITHIN for row in both) for name in pair],
+        within=[sum(row.errors[name].error <= AGREEMENT for row in both) for name in pair],
         kinds=[
             (kind, [_largest_text([r for r in both if r.kind == kind], name) for name in pair])
             for kind in kinds
