@@ -9,7 +9,6 @@
     if (!section) return;
     const data = JSON.parse(section.querySelector("script").textContent);
     const menus = Object.fromEntries([...section.querySelectorAll("[data-side]")].map((one) => [one.dataset.side, one]));
-    const links = new Map([...document.querySelectorAll("a[href]")].map((one) => [one.textContent, one.getAttribute("href")]));
     const said = section.querySelector("[data-said]"), body = section.querySelector("tbody");
     const [smallest, largest] = section.dataset.decades.split(" ").map(Number), within = Number(section.dataset.within);
     const kinds = JSON.parse(section.dataset.kinds);
@@ -21,7 +20,7 @@
       const line = document.createElement("tr"), head = document.createElement("th");
       head.scope = "row";
       head.className = "scene";
-      head.append(Object.assign(document.createElement("a"), {textContent: scene, href: links.get(scene) || `${scene.replace("/", "-")}.html`}));
+      head.append(Object.assign(document.createElement("a"), {textContent: scene, href: section.dataset.address.replace("{}", scene.replace("/", "-"))}));
       const cells = [a, b].map((one) => Object.assign(document.createElement("td"), {className: "number", textContent: one[1]}));
       const dots = Object.assign(document.createElement("td"), {className: "dots"});
       [a, b].forEach((one, i) => {

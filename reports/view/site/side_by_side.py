@@ -68,14 +68,15 @@ def side_by_side(
 def _scene_errors(results: Sequence[MethodResult]) -> SceneErrors:
     """Returns the errors of methods and engines on one scene. An engine's best method is one whose
     error is as predicted or converges, if there is one, with the smallest error at 1 ms and at all
-    smaller steps. Surrogates and the closed form are left out."""
+    smaller steps, but no surrogate. The closed form is left out."""
     errors = dict[str, ShownError]()
     ranks: dict[str, list[tuple[bool, float, str]]] = {}
     for result in results:
         shown, largest = result.at_reference, result.largest_at_reference
-        is_shown = not result.method.surrogate and result.method.engine != CLOSED_FORM_ENGINE
-        if is_shown and shown and largest:
-            errors[result.name] = shown
+        if not shown or not largest or result.method.engine == CLOSED_FORM_ENGINE:
+            continue
+        errors[result.name] = shown
+        if not result.method.surrogate:
             limited = result.meaning not in ("predicted", "converges")
             rank = (limited, largest.error, result.name)
             ranks.setdefault(result.method.engine, []).append(rank)
