@@ -13,7 +13,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.records import notation
 from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.site import chosen
-from plumbob.tests.site.test_reach import DESK, PHONE, _faults
+from plumbob.tests.site.test_reach import DESK, PHONE, SMALL, _faults
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, broken_links, resolve, site_files
 
@@ -297,6 +297,7 @@ def test_without_javascript_every_kind_is_listed(index, browser):
 def test_nothing_of_a_choice_is_out_of_reach(name, index, browser):
     page = index if name == "index" else site_files(index)[1].parent / "engines.html"
     with visited(browser, page) as visit:
+        assert visit.ask(SMALL) == []
         assert _faults(visit) == []
         assert visit.console == []
     for width in (DESK, PHONE):

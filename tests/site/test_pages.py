@@ -32,7 +32,7 @@ from plumbob.tests.support.page_document import (
 )
 from plumbob.tests.support.studies import made_up, quick, recorded, remeasured
 
-KILOBYTES = 400.0  # of an index, without the files that it shares
+KILOBYTES = 260.0  # of an index, without the files that it shares
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 
