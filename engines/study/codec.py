@@ -41,6 +41,7 @@ KINDS = MappingProxyType(
         "SceneCosts": "study.cost.SceneCosts",
         "Stability": "study.stability.SceneLimits",
         "StabilitySearch": "study.stability.StabilitySearch",
+        "StepRun": "study.extra_runs.StepRun",
         "Trajectory": "trajectory.Trajectory",
         "Trimming": "abilities.Trimming",
         "TrimmingRun": "study.extra_runs.TrimmingRun",

@@ -11,7 +11,7 @@ from plumbob.engines.abilities import Ablation, Trimming
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.measurement import complete_run
+from plumbob.engines.study.measurement import Measurement, complete_run, measure
 from plumbob.engines.study.request import Changes, Request, RunRequest, work_of
 from plumbob.engines.trajectory import Trajectory, last_sample
 from plumbob.models.registry import case_of
@@ -38,6 +38,30 @@ class ExtraRun(RunRequest[Trajectory]):
         except NoAnswer:
             return None
         return last_sample(run) if self.end_alone else run
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """The approximate number of steps."""
+        return work_of(scene, method, (self.step,))
+
+
+@dataclass(frozen=True)
+class StepRun(RunRequest[Measurement]):
+    """A measured run at one more step than the scene's own. Its errors have no bounds, and it gets
+    no verdict."""
+
+    label = "one more step"
+
+    scene: str
+    method: str
+    step: float  # [s]
+
+    def made(self, scene: Scene, method: Method) -> Measurement | None:
+        """The measured run; None if double precision does not determine the exact motion."""
+        try:
+            measurement, _ = measure(case_of(scene), method, self.step, theory=False)
+        except NoAnswer:
+            return None
+        return measurement
 
     def work(self, scene: Scene, method: Method) -> float:
         """The approximate number of steps."""

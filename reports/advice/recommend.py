@@ -20,7 +20,7 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
 from plumbob.engines.study.stability import SmallestLimit
 from plumbob.reports.advice.work_precision import error_or_infinity, errors_converge
-from plumbob.reports.judge.verdict import JudgedMethod
+from plumbob.reports.judge.verdict import JudgedMethod, Verdict
 
 DEFAULT_METHOD, RECOMMENDED_STEP = DEFAULT
 # Verdicts that rule a method out.
@@ -72,9 +72,13 @@ def may_recommend(
     """Whether a method may be recommended on a scene by its verdict. If the verdict is
     `pre-asymptotic`, the errors of its `runs` have to converge. Without a verdict it may be
     recommended."""
-    if judged is None:
-        return True
-    verdict = judged.whole.verdict
+    return judged is None or verdict_allows(judged.whole.verdict, runs, quantities)
+
+
+def verdict_allows(
+    verdict: Verdict, runs: Sequence[Measurement], quantities: Quantities
+) -> bool:
+    """Whether a method with this verdict on its `runs` on a scene may be recommended."""
     if verdict != UNJUDGED:
         return verdict not in UNTRUSTED
     return errors_converge([(run.step, error_or_infinity(run, quantities)) for run in runs])

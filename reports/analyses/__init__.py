@@ -20,6 +20,7 @@ from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.models.scene import Scene
+from plumbob.reports.advice.simulated_kinds import step_requests
 from plumbob.reports.analyses import page_numbers
 from plumbob.reports.analyses.analysis import Section, analyse_section
 from plumbob.reports.analyses.replay import requests as replay_requests
@@ -48,13 +49,14 @@ def section(system: str) -> Section | None:
 
 def requests(plan: StudyPlan) -> tuple[Request[Any], ...]:
     """Returns all extra runs that the pages of a plan need, each once. They are the runs of the
-    findings on systems and on engines, of the replays, and of the tables of trimmed models."""
+    findings on systems and on engines, of the replays, of the tables of trimmed models, and of the
+    advice for kinds of bodies."""
     requested = list[Request[Any]]()
     for name in _section_names(plan.scenes):
         system_section = section(name)
         if system_section:
             requested += system_section.requests(plan)
-    requested += [*replay_requests(plan), *trimming_requests(plan)]
+    requested += [*replay_requests(plan), *trimming_requests(plan), *step_requests(plan)]
     return tuple(dict.fromkeys(requested))
 
 

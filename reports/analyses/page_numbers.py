@@ -19,6 +19,7 @@ from plumbob.models.registry import case_of, system_of, systems_of
 from plumbob.models.scene import Case, Scene, System
 from plumbob.reports.advice.advice import study_recommendation
 from plumbob.reports.advice.recommend import Recommendation
+from plumbob.reports.advice.simulated_kinds import advised_kinds
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing, surprise
@@ -36,6 +37,7 @@ from plumbob.reports.records.page_records import (
     SceneRecord,
     StudyRecord,
     SystemRecord,
+    advised_name,
 )
 
 MAX_PLOTTED_PERIODS = 15  # most periods of a motion that a plot shows
@@ -55,6 +57,7 @@ def study_record(study: Study, judged: Judgements) -> StudyRecord:
         pictures={file.name: _base64(file) for file in pictures},
         settings=_settings({method.engine for method in study.methods}),
         user=user_results(study, judged),
+        advised=_advised_settings(study, judged),
     )
 
 
@@ -190,7 +193,20 @@ def _settings(engines: set[str]) -> Mapping[str, Settings]:
     return {name: settings for name, settings in written.items() if settings}
 
 
-def _settings_of(method: Method) -> Settings | None:
-    """Returns the settings to copy for a method; None if its engine has none."""
+def _advised_settings(study: Study, judged: Judgements) -> Mapping[str, str]:
+    """Returns the MJCF of each setting that the index advises for a kind of body."""
+    verdicts = {pair: method.whole.verdict for pair, method in judged.items()}
+    every = [one for kind in advised_kinds(study, verdicts) for one in kind.advice]
+    chosen = {one.setting for one in every} | {one.elsewhere for one in every}
+    written = {}
+    for setting in chosen - {None}:
+        settings = setting and _settings_of(find_method(setting.method), setting.step)
+        if setting and settings:
+            written[advised_name(setting.method, setting.step)] = settings.snippets[0].mjcf
+    return dict(sorted(written.items()))
+
+
+def _settings_of(method: Method, step: float = REFERENCE_STEP) -> Settings | None:
+    """Returns the settings to copy for a method at a step [s]; None if its engine has none."""
     writer = engine_of(method).ability(SettingsToPaste)
-    return writer.write(method, REFERENCE_STEP, None, SETTINGS_FRICTION) if writer else None
+    return writer.write(method, step, None, SETTINGS_FRICTION) if writer else None

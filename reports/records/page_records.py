@@ -162,6 +162,13 @@ class StudyRecord:
     pictures: Mapping[str, str]  # PNG in base64, by file name
     settings: Mapping[str, Settings]  # settings to copy, by method
     user: tuple[UserResult, ...]
+    # MJCF of the settings that the index advises, by `advised_name`
+    advised: Mapping[str, str] = field(default_factory=dict)
+
+
+def advised_name(method: str, step: float) -> str:
+    """Returns the name by which the settings of a method at a step [s] are stored."""
+    return f"{method} at {step:g}"
 
 
 @dataclass(frozen=True)

@@ -129,7 +129,10 @@ def _environment() -> Environment:
     pages = template_environment(PAGE_TEMPLATES, autoescape=True)
     pages.filters["kept"] = _unbroken
     pages.filters["numbers"] = lambda values: _json(dict(values))
-    for write in (notation.number, notation.short, notation.seconds, notation.plural):
+    for write in (
+        *(notation.number, notation.short, notation.seconds, notation.plural),
+        *(notation.relative, notation.times_real),
+    ):
         pages.globals[write.__name__] = write
     return pages
 

@@ -1,5 +1,4 @@
-"""The first screen says which settings to use, what they cost and what they give, all of it from
-the stored study."""
+"""Counts, errors by step and costs on the index, all of them from the stored study."""
 
 import html
 import re
@@ -25,34 +24,13 @@ from plumbob.reports.view.method_results import SIGNS, MethodResult, results_of
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.trimming import trimming_table
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.studies import SCENE, quick, remeasured, verdicts
+from plumbob.tests.support.studies import SCENE, quick, verdicts
 
-LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0].methods
-
-
-def _with_error(study, scene, method, error):
-    """The study with another relative error of the displacement in every run of a pair, or with
-    one that is a function of the step [s]."""
-    at = error if callable(error) else lambda step: error
-    (quantity,) = _about(study, scene)
-
-    def changed(m):
-        if (m.scene, m.method) != (scene, method):
-            return m
-        size = at(m.step) * quantity.scale
-        own = m.errors[quantity.observable]
-        own = replace(own, largest=size, end=size)
-        return replace(m, errors={**m.errors, quantity.observable: own})
-
-    return remeasured(study, changed)
+LINE, DEFAULT = "capsule-line/ca1", "mujoco/euler"
 
 
 def _about(study, scene):
     return study.quantities(scene)
-
-
-def _answers(study):
-    return first_screen.recommended_settings(study, _record(), _results(study))
 
 
 def _results(study):
@@ -83,48 +61,12 @@ def _matrix(study, scene):
     return {name: cell for name, cell in zip(names, cells, strict=True) if cell}
 
 
-def _said(study):
-    contacts, joints = _answers(study)
-    assert (contacts.name, joints.name) == ("with-contacts", "without-contacts")
-    return " ".join(contacts.sentences)
-
-
 @pytest.mark.long
-def test_settings_costs_and_results_stand_on_the_index(study, index):
-    text = index.read_text("utf-8")
-    first = html.unescape(re.sub(r"<[^>]+>", " ", text.partition('id="findings"')[0]))
-    words = " ".join(first.split())
-    contacts = _answers(study)[0]
-    assert all(sentence in words for sentence in contacts.sentences)
-    for settings in ('cone="elliptic"', 'solreffriction="-1 -0.1"', 'integrator="RK4"'):
-        assert settings in words
-    for said in ("A step takes", "plumbob settings", "runs."):
-        assert said in words
+def test_counts_of_verdicts_stand_on_the_index(study, index):
+    words = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", index.read_text("utf-8"))).split())
     counts = sum(first_screen.meanings_by_engine(_results(study)).values(), Counter())
     for meaning, count in counts.items():
         assert f"{SIGNS[meaning][0]} {count} {SIGNS[meaning][1]}" in words
-
-
-def test_the_answer_is_computed_from_the_study(study):
-    for error, said in ((0.0123, "1.2 %"), (4.5e-5, "0.0045 %")):
-        changed = study
-        for scene in (s.name for s in study.scenes if s.system == "capsule-line"):
-            changed = _with_error(changed, scene, CONVERGENT, error)
-        assert f"stops with an error of {said}" in _said(changed)
-    assert "39 %" in _said(_with_error(study, LINE, DEFAULT, 0.39))
-
-
-def test_an_error_that_crosses_zero_is_the_largest_at_smaller_steps(study):
-    """An error of h - 1 ms is zero at 1 ms, and nearly 1e-3 at the smallest step."""
-    changed = study
-    for scene in (s.name for s in study.scenes if s.system == "capsule-line"):
-        changed = _with_error(changed, scene, CONVERGENT, lambda step: abs(step - 1e-3) + 1e-9)
-    said = re.search(r"stops with an error of (\S+) %", _said(changed))
-    pair = LINE, CONVERGENT
-    series = next(c for c in study.convergence if (c.scene, c.method) == pair)
-    steps = [run.step for run in series.measurements]
-    # Two digits are printed, the first of which is 9: 1.1 % of a rounding error at most.
-    assert float(said[1]) == pytest.approx(100 * (1e-3 - min(steps)), rel=0.011)
 
 
 def _at_steps(study, runs):
@@ -207,8 +149,6 @@ def test_a_method_has_one_cost_on_a_scene(study):
         for pair in study.costs
     }
     changed = replace(study, costs=costs)
-    (contacts, _) = _answers(changed)
-    assert all("1.4 times" in s.cost for s in contacts.pasted.settings.snippets)
     scene = next(s for s in study.scenes if s.name == LINE)
     trimmed = trimming_table(changed, scene)
     assert trimmed

@@ -4,6 +4,10 @@ import json
 
 import pytest
 
+from plumbob.reports.cli import COMMANDS
+from plumbob.reports.view.site.search import defined_terms
+from plumbob.reports.view.site.writing import write_study_pages
+from plumbob.tests.site import chosen
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, carried_text, site_files
 
@@ -71,3 +75,42 @@ def test_keys_open_it_choose_and_close(name, index, browser):
         visit.page.wait_for_url("**/cone-pendulum-fast-platform.html")
         assert visit.console == []
         assert all(url.startswith("file:") for url in visit.requests)
+
+
+# What is typed, and what is found first.
+FOUND = {
+    **dict.fromkeys(
+        ("timestep", "dt", "blow up", "unstable", "step"), "The largest step I may take"
+    ),
+    **dict.fromkeys(("bounce", "restitution"), "Something that rolls or bounces"),
+    **dict.fromkeys(("grip", "creep"), "Something that grips or stacks"),
+    **dict.fromkeys(("Panda", "ur5", "integrator"), "An arm without contacts"),
+    **dict.fromkeys(("Go2", "quadruped", "friction"), "A body that slides or walks"),
+    **dict.fromkeys(("kv", "kp"), "A servo with kv"),
+    **dict.fromkeys(("audit", "urdf", "my model"), "My own file"),
+    **dict.fromkeys(("pymunk",), "pymunk"),
+    **dict.fromkeys(("mujoco",), "MuJoCo"),
+    **dict.fromkeys(("plumbob gradient",), "plumbob gradient"),
+}
+
+
+@pytest.mark.long
+def test_words_of_a_reader_lead_to_a_topic(browser, tmp_path):
+    index = write_study_pages(chosen.study(), tmp_path)
+    with visited(browser, index) as visit:
+        box = visit.page.locator("#find")
+        for typed, wanted in FOUND.items():
+            box.fill(typed)
+            visit.until(f"document.querySelector('#found li b')?.textContent === '{wanted}'")
+        box.fill("pymunk")
+        visit.until("document.querySelector('#found li b')?.textContent === 'pymunk'")
+        visit.page.keyboard.press("Enter")
+        visit.page.wait_for_url("**/engines.html#side-by-side?a=pymunk&b=mujoco")
+        said = visit.page.locator("[data-said]").inner_text()
+        assert said.startswith("At 1 ms pymunk is within 1 % ")
+
+
+def test_every_command_is_a_term():
+    assert {name for name, _ in defined_terms("commands")} == {
+        f"plumbob {of}" for of in COMMANDS
+    }

@@ -15,7 +15,7 @@ from plumbob.engines.study.convergence import (
     steps_beside,
 )
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan, TrimmingRun
+from plumbob.engines.study.extra_runs import ExtraRun, StepRun, StudyPlan, TrimmingRun
 from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, TriedDifference
 from plumbob.engines.study.identification import Identification, Identified, ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
@@ -146,6 +146,8 @@ def _invented(request):
         return Gradients(tuple(replace(way, tried=(tried,), cost=2.0) for way in ways))
     if isinstance(request, LongRunSearch):
         return MeasuredLongRun(0.05, 2.8, None, {0.01: 10.0}, 60.0, "not within 1200 steps")
+    if isinstance(request, StepRun):
+        return _measured(_posed(request.scene).scene, request.method, request.step)
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)
@@ -166,24 +168,26 @@ def _convergence(plan):
     """A made-up study of every pair: errors of first order, as predicted."""
     found = []
     for scene, method in pairs(plan.scenes, plan.methods):
-        names = [observable.name for observable in system_of(scene).observables]
         runs = tuple(
-            Measurement(
-                scene.name,
-                method.name,
-                step,
-                "done",
-                steps=1,
-                duration=scene.duration,
-                errors={
-                    n: ObservedError(
-                        step, step, 1e-16, 1.0, predicted=Prediction(step, step, {1: step}, 0.0)
-                    )
-                    for n in names
-                },
-            )
+            _measured(scene, method.name, step)
             for step in _steps(scene, method, most_steps(scene, plan.profile))
         )
         beside = steps_beside(scene, method, most_steps(scene, plan.profile))
         found.append(ConvergenceStudy(scene.name, method.name, runs, beside=beside))
     return tuple(found)
+
+
+def _measured(scene, method, step):
+    """A run with an error of first order, as predicted."""
+    names = [observable.name for observable in system_of(scene).observables]
+    predicted = Prediction(step, step, {1: step}, 0.0)
+    error = ObservedError(step, step, 1e-16, 1.0, predicted=predicted)
+    return Measurement(
+        scene.name,
+        method,
+        step,
+        "done",
+        steps=1,
+        duration=scene.duration,
+        errors=dict.fromkeys(names, error),
+    )

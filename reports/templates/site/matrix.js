@@ -50,6 +50,8 @@
             cell.className = look;
             cell.title = words[text.split(" ")[0]] || "not reached by any step that was run";
           });
+          // A row with nothing in the columns that are left says nothing.
+          row.hidden ||= ![...row.cells].some((cell, i) => i && column[i] && cell.textContent.trim());
         }
         [...table.tHead.rows[0].cells].forEach((cell, i) => { cell.hidden = !column[i]; });
         const [left, across] = [rows.filter(({row}) => !row.hidden), names.filter((_, i) => i && column[i])];

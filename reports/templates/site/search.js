@@ -1,7 +1,7 @@
 (() => {
   "use strict";
-  // The search in the header: scenes, methods, findings and terms, from a list that is loaded on
-  // demand. "/" opens it, arrows choose an entry, Enter follows it, Escape closes the search.
+  // The search in the header: topics, engines, scenes, methods, findings, commands and terms, from a
+  // list that is loaded on demand. "/" opens it, arrows choose an entry, Enter follows it, Escape closes the search.
   const MOST = 12;
   const header = document.querySelector("header.search"), holder = document.getElementById("search");
   if (!header) return;
@@ -24,8 +24,13 @@
     box.setAttribute("aria-expanded", "false");
     choose(0);
   };
-  // Entries whose name begins with the first word come first, then names that contain it, then texts.
-  const rank = (words, [, name]) => [plain(name).startsWith(words[0]) ? 0 : plain(name).includes(words[0]) ? 1 : 2, name.length];
+  // An engine by its name comes first, then a topic with a word that begins with what was typed; then
+  // names that begin with the first word, names that contain it, and texts.
+  const rank = (words, [kind, name, text]) => {
+    const typed = words.join(" "), own = plain(name);
+    const first = kind === "engine" ? own.startsWith(typed) : kind === "topic" && plain(text).split(", ").some((one) => one.startsWith(typed));
+    return [first ? (kind === "engine" ? -2 : -1) : own.startsWith(words[0]) ? 0 : own.includes(words[0]) ? 1 : 2, name.length];
+  };
   const found = (entries) => {
     const words = plain(box.value).split(/\s+/).filter(Boolean);
     if (!words.length) return [];

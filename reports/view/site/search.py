@@ -1,4 +1,4 @@
-"""The entries of the search in a page's header: systems, scenes, methods, findings and terms."""
+"""The entries of the search in a page's header, from topics and engines to commands and terms."""
 
 from __future__ import annotations
 
@@ -31,7 +31,14 @@ def term_id(term: str) -> str:
 def _entries(
     common: Mapping[str, Any], href: Callable[[str], str]
 ) -> Iterator[tuple[str, str, str, str]]:
-    """Yields the kind, name, text and address of each search entry."""
+    """Yields the kind, name, text and address of each search entry. The text of a topic or of an
+    engine is a list of words that a reader may search for."""
+    for name, place, words in _topics(common):
+        yield "topic", name, words, href(place)
+    for engine, methods in common["sides"].names.items() if common["sides"] else ():
+        other = "mujoco" if engine != "mujoco" else "pymunk"
+        address = f"{href('side-by-side')}?a={engine}&b={other}"
+        yield "engine", common["engines"].get(engine, engine), ", ".join(methods), address
     for view in common["views"]:
         yield "system", view.system.title, view.system.name, href(view.system.name)
         for scene_view in view.scenes:
@@ -41,5 +48,20 @@ def _entries(
         yield "finding", finding.title, finding.summary, href(finding.name)
     for method in common["study"].methods:
         yield "method", method.name, "", f"{href('matrix')}?filter={method.name}"
+    for name, does in common["commands"]:
+        yield "command", name, does, href(term_id(name))
     for term, meaning in (*common["terms"], *common["labels"]):
         yield "term", term, meaning, href(term_id(term))
+
+
+def _topics(common: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yields the name, the id and the synonyms of each topic that the study's pages have a place
+    for."""
+    places = {"kind-own", *(f"kind-{kind.name}" for kind in common["kinds"])}
+    places |= {view.system.name for view in common["views"]} | {"matrix"}
+    shown = {"side-by-side": "sides", "largest-step": "largest_step", "gradients": "gradients"}
+    places |= {place for place, value in shown.items() if common[value]}
+    for name, rest in defined_terms("topics"):
+        place, _, words = rest.partition(": ")
+        if place in places and (common["kinds"] or not place.startswith("kind-")):
+            yield name, place, words

@@ -35,6 +35,7 @@ from plumbob.reports.view.page import (
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.settings import shown_settings
 from plumbob.reports.view.site import first_screen, matrix, search
+from plumbob.reports.view.site.chooser import chooser_options, simulated_kinds
 from plumbob.reports.view.site.claims import findings_about
 from plumbob.reports.view.site.largest_step import largest_step_table
 from plumbob.reports.view.site.links import (
@@ -45,16 +46,14 @@ from plumbob.reports.view.site.links import (
     resolve_links,
 )
 from plumbob.reports.view.site.phenomena import phenomena
+from plumbob.reports.view.site.side_by_side import side_by_side
 from plumbob.reports.view.site.views import PageView, system_view
 from plumbob.reports.view.user_settings import user_settings_table as own_table
 
-SMOOTH_SCENE = (
-    "cone-pendulum/rotating-base"  # scene without contacts whose cost figure is on the index
-)
 GRADIENTS_FINDING = "gradients-through-contact"  # finding whose picture is on the index
 SHARED_PAGES = MappingProxyType(
     {
-        ENGINES_SECTION: "on_engines",
+        ENGINES_SECTION: "engines_page",
         "cheapest": "advice",
         "sources": "sources",
         "glossary": "terms",
@@ -192,16 +191,12 @@ def _common(
     """Returns the values that every page may show, by their names in the templates."""
     on_engines = findings_about(study, ENGINES_SECTION)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
-    scene_views = [scene_view for view in views for scene_view in view.scenes]
-    smooth = [scene_view for scene_view in scene_views if scene_view.scene.name == SMOOTH_SCENE]
     pictures = [view.system.picture for view in views if view.system.picture]
-    answers = first_screen.recommended_settings(study, records.study, results)
     by_engine = first_screen.meanings_by_engine(results)
-    on_first_screen = {answer.pasted.settings.method for answer in answers}
-    copied = shown_settings(records.study.settings)
-    settings = [s for s in copied if s.settings.method not in on_first_screen]
+    settings = shown_settings(records.study.settings)
     advice = {name: record.recommendations for name, record in records.scenes.items()}
     recommendations = top_tables.recommendations(study, advice)
+    sides = side_by_side(study, results, records.study.systems)
     return {
         "study": study,
         "views": views,
@@ -215,8 +210,8 @@ def _common(
         "counts": sum(by_engine.values(), Counter()),
         "by_engine": by_engine,
         "made": first_screen.run_counts(results),
-        "answers": answers,
-        "smooth": smooth[0] if smooth else None,
+        "kinds": simulated_kinds(study, records),
+        "options": chooser_options(),
         "largest_step": largest_step_table(results),
         "settings": settings,
         "advice": recommendations or settings,
@@ -224,6 +219,8 @@ def _common(
         "matrices": matrix.matrices(
             study, results, matrix.sorted_scenes(study.scenes, records.study.systems)
         ),
+        "sides": sides,
+        "engines_page": bool(sides or on_engines),
         "phenomena": phenomena(study, results, records.study.systems),
         "signs": dict(SIGNS),
         "engines": {
@@ -239,6 +236,7 @@ def _common(
         "pictures": records.study.pictures,
         "terms": search.defined_terms("glossary"),
         "labels": search.defined_terms("labels"),
+        "commands": search.defined_terms("commands"),
         "place_of": search.term_id,
     }
 

@@ -1,0 +1,142 @@
+"""Advice for kinds of bodies, on made-up runs: what is advised, and what never is."""
+
+import math
+from dataclasses import replace
+from itertools import product
+
+import pytest
+
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.models.registry import matching_scenes
+from plumbob.reports.advice import simulated_kinds
+from plumbob.reports.advice.recommend import DEFAULT_METHOD
+from plumbob.reports.advice.simulated_kinds import (
+    CHOSEN_ERRORS,
+    CHOSEN_STEPS,
+    MethodRuns,
+    error_bound,
+    kind_settings,
+)
+
+EULER, RK4 = DEFAULT_METHOD, "mujoco/rk4"
+SCENES = ("a", "b")
+
+
+def _runs(errors, ns=1000.0, stable=math.inf, trusted=True):
+    return MethodRuns(errors, ns, stable, trusted)
+
+
+def _advice(runs, step, error, further=()):
+    settings = kind_settings(SCENES, runs)
+    return simulated_kinds._kind_advice(settings, dict(further), step, error)
+
+
+def _both(euler, rk4, **of_rk4):
+    """Runs of both methods, alike on both scenes; a step of RK4 costs four times as much."""
+    return {
+        **{(scene, EULER): _runs(euler) for scene in SCENES},
+        **{(scene, RK4): _runs(rk4, 4000.0, **of_rk4) for scene in SCENES},
+    }
+
+
+FIRST_ORDER = {h: 10 * h for h in (0.01, 0.005, 0.002, 0.001, 0.0001)}
+FOURTH_ORDER = {h: (30 * h) ** 4 for h in FIRST_ORDER}
+
+
+@pytest.mark.parametrize(
+    ("step", "error", "method", "at", "reached"),
+    [
+        (None, 0.1, EULER, 0.01, True),  # a step of RK4 costs four times as much
+        (None, 0.01, RK4, 0.01, True),
+        (0.001, 0.1, EULER, 0.001, True),
+        (0.001, 0.001, RK4, 0.001, True),
+        (0.01, 0.001, RK4, 0.01, False),
+    ],
+)
+def test_the_cheapest_that_reaches_the_error(step, error, method, at, reached):
+    advice = _advice(_both(FIRST_ORDER, FOURTH_ORDER), step, error)
+    assert (advice.setting.method, advice.setting.step) == (method, at)
+    assert advice.reached is reached
+
+
+def test_no_setting_is_dominated():
+    """None at the same step is both cheaper and at least as accurate; one at another step that is
+    cheaper by the ratio, and reaches the error, is named."""
+    runs = _both(FIRST_ORDER, FOURTH_ORDER)
+    for step, error in product(CHOSEN_STEPS, CHOSEN_ERRORS):
+        advice = _advice(runs, step, error)
+        for other in kind_settings(SCENES, runs):
+            better = other.ns_per_second < advice.setting.ns_per_second
+            better &= other.error <= advice.setting.error
+            if not better:
+                continue
+            assert step is not None
+            assert other.step != step
+            enough = 1.3 * other.ns_per_second <= advice.setting.ns_per_second
+            assert advice.elsewhere or not (enough and other.error <= error)
+
+
+@pytest.mark.parametrize(("stable", "largest"), [(0.0126, 0.01), (0.0124, 0.005)])
+def test_no_step_within_a_fifth_of_a_limit(stable, largest):
+    """0.8 of 12.6 ms is more than 10 ms, and 0.8 of 12.4 ms is less."""
+    runs = _both(FIRST_ORDER, FOURTH_ORDER, stable=stable)
+    steps = [s.step for s in kind_settings(SCENES, runs) if s.method == RK4]
+    assert max(steps) == largest
+
+
+def test_an_error_that_crosses_zero_is_the_largest_at_smaller_steps():
+    errors = {0.01: 0.3, 0.005: 1e-9, 0.002: 0.04, 0.001: 0.02}
+    assert error_bound(_runs(errors), 0.005) == 0.04
+
+
+@pytest.mark.parametrize(("step", "bound"), [(0.002, 0.05), (0.005, 0.05), (0.01, math.inf)])
+def test_a_larger_step_bounds_a_step_that_was_not_run(step, bound):
+    assert error_bound(_runs({0.005: 0.05, 0.001: 0.01}), step) == bound
+
+
+@pytest.mark.parametrize("lost", ["trusted", "errors", "ns_per_step"])
+def test_a_method_that_one_scene_rules_out_is_not_advised(lost):
+    runs = _both(FIRST_ORDER, FOURTH_ORDER)
+    without = {"trusted": False, "errors": {0.001: math.inf}, "ns_per_step": None}[lost]
+    runs["b", RK4] = replace(runs["b", RK4], **{lost: without})
+    assert {s.method for s in kind_settings(SCENES, runs)} == {EULER}
+
+
+def test_the_error_is_that_of_the_worst_scene():
+    runs = _both(FIRST_ORDER, FOURTH_ORDER)
+    runs["b", RK4] = _runs({h: 2 * e for h, e in FOURTH_ORDER.items()}, 4000.0)
+    setting = _advice(runs, 0.001, 0.001).setting
+    assert (setting.scene, setting.error) == ("b", 2 * FOURTH_ORDER[0.001])
+
+
+def test_a_further_motion_has_the_step_of_the_setting_or_a_smaller_one():
+    runs = _both(FIRST_ORDER, FOURTH_ORDER)
+    worse = {
+        pair: _runs({h: 3 * e for h, e in of.errors.items()}, of.ns_per_step)
+        for pair, of in runs.items()
+    }
+    of_further = kind_settings(SCENES, worse)
+    (same,) = _advice(runs, 0.002, 0.1, [("turns", of_further)]).further
+    assert (same.setting.method, same.setting.step, same.reached) == (EULER, 0.002, True)
+    (smaller,) = _advice(runs, None, 0.01, [("turns", of_further)]).further
+    assert smaller.setting.step < 0.01
+    assert smaller.reached
+
+
+def test_only_runs_that_a_plan_lacks_are_asked_for():
+    """At the default step, of methods that the plan runs on the scene; a scene of which it is one
+    of the own steps lacks none."""
+    scenes = matching_scenes("capsule-line/ca1,servo/motor-damped,capsule-hold/0.999", "quick")
+    plan = StudyPlan("quick", tuple(scenes), find_methods("mujoco/*"))
+    asked = {(of.scene, of.method, of.step) for of in simulated_kinds.step_requests(plan)}
+    lacking = {("capsule-line/ca1", name) for name in simulated_kinds.ADVISED_METHODS}
+    planned = {pair for pair in lacking if plan.has(*pair) and pair[1] != EULER}
+    assert asked == {(*pair, 0.002) for pair in planned} != set()
+
+
+def test_every_kind_has_usual_scenes_in_the_quick_profile():
+    scenes = matching_scenes("*", "quick")
+    for kind in simulated_kinds.SIMULATED_KINDS:
+        for patterns in (kind.scenes, *(motion.scenes for motion in kind.further)):
+            assert simulated_kinds.usual_scenes(scenes, patterns), (kind.name, patterns)
