@@ -58,6 +58,11 @@ def seconds(value: float) -> str:
     return f"{number(value / 1e-9)} ns"
 
 
+def milliseconds(ns: float) -> str:
+    """Returns a time [ns] in milliseconds, without the unit: 7.77."""
+    return number(1e-6 * ns)
+
+
 def metres(value: float) -> str:
     """Returns a length [m] with two digits in the unit that suits its size, from m to nm;
     "diverged" if it is not finite."""
@@ -67,6 +72,11 @@ def metres(value: float) -> str:
         if value >= 0.9995 * size:
             return f"{float(f'{value / size:.2g}'):g} {unit}"
     return f"{value:.1e} m" if value else "0"
+
+
+def factor(value: float) -> str:
+    """Returns a factor with two significant digits and without an exponent: 9.8, 110, 80,000."""
+    return f"{float(f'{value:.2g}'):,g}" if abs(value) < 1e6 else number(value, 2)
 
 
 def real_time_factor(ns_per_second: float) -> str:

@@ -214,6 +214,7 @@ def _common(
         "preview": pictures[0] if pictures else "",
         "counts": sum(by_engine.values(), Counter()),
         "by_engine": by_engine,
+        "too_large": matrix.too_large_steps(results),
         "made": first_screen.run_counts(results),
         "answers": answers,
         "smooth": smooth[0] if smooth else None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,13 @@ from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure, PlotlyLayout
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
-from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, sweep_rows
+from plumbob.reports.view.sweep.text import (
+    error_text,
+    point_text,
+    sides_text,
+    sweep_rows,
+    tenth_text,
+)
 
 # most columns and rows of a map; a cell shows the worst of several points
 MAX_MAP_CELLS = 160
@@ -42,7 +49,11 @@ def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: st
 def render(swept: Swept, provenance: Provenance) -> str:
     """Returns the page of a sweep as one HTML file."""
     swept_rows = sweep_rows(swept)
-    words = {"size": error_text, "place": point_text}
+    words = {
+        "size": error_text,
+        "place": point_text,
+        "tenth": partial(tenth_text, points=swept.sweep.points),
+    }
     with_worst = [row for row in swept_rows if row["worst"]]
     return fill_page(
         "sweep.html.jinja",
