@@ -69,6 +69,8 @@ MOTION_OPTIONS = (
     "against",
 )
 LEAST_COLUMNS, MOST_COLUMNS = 60, 120  # width of the short answer on a terminal
+# Options whose results stand in lines that the short answer lacks.
+IN_ALL_LINES = ("verbose", "against", "gradient", "engines", "write_trimmed")
 CONTACT_OPTIONS = ("body", "speed", "friction")
 FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 
@@ -152,10 +154,13 @@ def _print_first_line(audit: Audit, chosen: argparse.Namespace) -> None:
     print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
 
 
-def _short_lines(audit: Audit) -> list[str]:
-    """Returns the lines of an audit for a terminal that is not asked for all of them."""
+def _short_lines(result: Audit | ContactAudit, chosen: argparse.Namespace) -> list[str]:
+    """Returns the most important lines of a motion's audit for the terminal. There are none if all
+    lines are printed: the user asks for them, or for numbers that have a line of their own."""
+    if isinstance(result, ContactAudit) or any(getattr(chosen, name) for name in IN_ALL_LINES):
+        return []
     columns = min(MOST_COLUMNS, shutil.get_terminal_size().columns)
-    return short_lines(audit, max(LEAST_COLUMNS, columns))
+    return short_lines(result, max(LEAST_COLUMNS, columns))
 
 
 def _with_given_names(audit: Audit, chosen: argparse.Namespace) -> Audit:
@@ -193,8 +198,7 @@ def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
     elif alone:
         # The first line of a motion's audit is printed before the audit begins.
         first = 0 if chosen.contacts else 1
-        lines = rows[0].lines if chosen.verbose or not rows[0].short else rows[0].short
-        for line in lines[first:]:
+        for line in (rows[0].short or rows[0].lines)[first:]:
             print(line)
     else:
         for line in several_audits.table_lines(rows):
@@ -288,7 +292,7 @@ def _audit_row(
         page=page_name,
         missed=missed,
         lines=tuple(answer_lines(answer)),
-        short=() if isinstance(result, ContactAudit) else tuple(_short_lines(result)),
+        short=tuple(_short_lines(result, chosen)),
         seconds=result.seconds,
     )
 

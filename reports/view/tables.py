@@ -156,6 +156,7 @@ def _texts() -> Environment:
         "relative": notation.relative,  # 1.23 %
         "percent": notation.percent,  # 12 %: a whole number of them
         "short": notation.short,  # 1e-4: a step
+        "shortest": notation.shortest,  # 0.3: a parameter, or several
         "step": notation.step,  # 1e-4 s, or rtol 1e-9
         "seconds": notation.seconds,  # 12 ms
         "milliseconds": notation.milliseconds,  # 7.77, of ns

@@ -86,13 +86,22 @@ def test_the_terminal_has_eight_lines_that_end_at_words(found, width):
     assert len(lines) <= 8
     assert all(len(line) <= width for line in lines[1:])
     names = [line.split("  ")[0] for line in lines if not line.startswith(" ")]
-    assert names[1:3] == ["wrong", "to do"]
+    assert names[1:3] == ["error", "to do"]
     assert names[-1] == "all lines"
     assert "--verbose" in lines[-1]
     words = " ".join(" ".join(lines).split())
     report = audit_report(found)
     assert report.headline in words
     assert all(fix in words for fix in report.advised)
+
+
+@pytest.mark.long
+def test_an_unstable_step_comes_first(found):
+    limit = replace(found.stability.own, largest_step=0.0005, confirmed=True, holds_to=None)
+    unstable = replace(found, stability=replace(found.stability, limits=(limit,)))
+    lines = short_lines(unstable, 80)
+    assert lines[1].split(maxsplit=1) == ["stability", "1 ms is unstable: up to 500 µs"]
+    assert lines[2].startswith("error ")
 
 
 @pytest.mark.long

@@ -115,11 +115,14 @@ def short_lines(audit: Audit, width: int) -> list[str]:
     answer = audit_answer(audit)
     report = audit_report(audit)
     fixes = report.advised or (_to_do(audit, audit_advice(audit), ()),)
+    others = [tile for tile in report.tiles[1:3] if tile.grade != "unknown"]
+    unstable = [tile for tile in others if (tile.question, tile.grade) == ("stability", "bad")]
     rows = [
-        ("wrong", report.headline),
+        *((tile.question, tile.text) for tile in unstable),
+        ("error", report.headline),
         *(("to do", fix) for fix in fixes),
         *(("warning", warning) for warning in report.warnings),
-        *((tile.question, tile.text) for tile in report.tiles[1:3]),
+        *((tile.question, tile.text) for tile in others if tile not in unstable),
     ]
     indent = _indent(answer)
     lines = [answer_lines(answer)[0]]

@@ -28,6 +28,7 @@ from plumbob.reports.view.sweep.text import (
     sweep_rows,
     tenth_text,
 )
+from plumbob.reports.view.units import parameter_units
 
 # most columns and rows of a map; a cell shows the worst of several points
 MAX_MAP_CELLS = 160
@@ -136,9 +137,6 @@ def _curves(swept: Swept, side: int) -> dict[str, Any]:
 
 def _axis(side: Side) -> PlotlyLayout:
     """Returns the axis of a varied parameter, titled with its name and unit."""
-    title = side.name
-    for line in tables.paragraphs("units"):
-        unit, names = line.split(": ")
-        if side.name in names.split(", "):
-            title = f"{side.name} [{unit}]"
+    unit = parameter_units().get(side.name)
+    title = f"{side.name} [{unit}]" if unit else side.name
     return logarithmic(title) if side.logarithmic else linear(title)
