@@ -85,6 +85,7 @@ class Site:
         yield from self._matrix()
         yield from self._counts()
         yield from self._displacement()
+        yield from self._derivative()
 
     def _sentences(self, page, scene):
         """Errors, factors and costs in the sentences at the top of a scene's page."""
@@ -261,6 +262,38 @@ class Site:
             said.groups(), (min(errors), max(errors), min(steps), max(steps)), strict=True
         ):
             yield Compared("range", "capsule-line: displacement", printed, stored)
+
+    def _derivative(self):
+        """The mean errors and the scatter of derivatives through contact."""
+        text = " ".join(plain(self.pages["engines"]).split())
+        said = re.search(
+            rf"derivative by friction is (\d+) % wrong.*?error is ({NUMBER} %) on average at a "
+            rf"step of {STEP}, with a scatter of ({NUMBER} %), and ({NUMBER} %) at {STEP}, with "
+            rf"({NUMBER} %)\. With contacts written for the step it is ({NUMBER} %) and "
+            rf"({NUMBER} %)",
+            text,
+        )
+        title, first, step, scatter, finer, half, finer_scatter, *advised = said.groups()
+        steps = float(step), float(half)
+        printed = ((first, scatter), (finer, finer_scatter))
+        for at, (mean, spread) in zip(steps, printed, strict=True):
+            errors, exact = self._slope_errors("mujoco/euler", at)
+            yield Compared("derivative", "engines", mean, errors.mean() / exact)
+            yield Compared("derivative", "engines", spread, abs(errors.std() / exact))
+        yield Compared("derivative", "engines", advised[0], self._mean_error(steps[0]))
+        yield Compared("derivative", "engines", advised[1], self._mean_error(steps[1]))
+        errors, exact = self._slope_errors("mujoco/euler", steps[0])
+        yield Compared("derivative", "engines", f"{title} %", abs(errors.mean() / exact))
+
+    def _mean_error(self, step):
+        """The mean relative error of the derivative with contacts written for the step."""
+        errors, exact = self._slope_errors("mujoco/euler+coulomb", step)
+        return errors.mean() / exact
+
+    def _slope_errors(self, method, step):
+        """The errors of a slide's derivatives near its friction, and the exact one at it."""
+        measured, exact = self.stored.slopes("capsule-line/heading-030", method, step)
+        return measured - exact, exact[3]
 
 
 def _meaning(verdict):

@@ -1,14 +1,17 @@
 """The numbers of a stored study, worked out from the rows of its file by code that shares nothing
 with the pages."""
 
+import base64
 import json
 import math
 import sqlite3
+import zlib
 from statistics import median_high
 
 import numpy as np
 
 AT = 1e-3  # [s] step at which the pages compare methods
+NEIGHBOUR = 3e-3  # relative distance of the frictions near a scene's, as the finding says
 
 
 class StoredRuns:
@@ -18,6 +21,7 @@ class StoredRuns:
         with sqlite3.connect(file) as store:
             rows = [json.loads(body) for (body,) in store.execute("select body from result")]
         (self.study,) = (row["study"] for row in rows if "study" in row and "results" in row)
+        self.varied = [row for row in rows if (row.get("request") or {}).get("changes")]
         answers = [row["answer"] for row in rows if row.get("answer")]
         series = [answer for answer in answers if "measurements" in answer]
         self.series = {(one["scene"], one["method"]): one for one in series}
@@ -34,6 +38,32 @@ class StoredRuns:
             for name, verdict in answer["numbers"]["verdicts"].items()
         }
         self.controls = {method["name"]: method["control"] for method in self.study["methods"]}
+
+    def slopes(self, scene, method, step):
+        """The derivatives of a slide's displacement by friction, by central differences of the
+        stored runs near the scene's friction, and the exact ones by equation (22) of the source:
+        two arrays, relative to the displacement and to the friction."""
+        (own,) = (one for one in self.study["scenes"] if one["name"] == scene)
+        given = own["parameters"]
+        wanted = {"scene": scene, "method": method, "step": step}
+        ends = {}
+        for row in self.varied:
+            if wanted.items() <= row["request"].items():
+                ((name, value),) = row["request"]["changes"]
+                places = (value / given["friction"] - 1.0) / NEIGHBOUR
+                if (
+                    name == "friction"
+                    and abs(places - round(places)) < 1e-6
+                    and abs(places) < 4.5
+                ):
+                    ends[round(places)] = _last(row["answer"]["observables"]["displacement"])
+        places = sorted(ends)
+        assert places == list(range(-4, 5))
+        frictions = [given["friction"] * (1.0 + NEIGHBOUR * place) for place in places]
+        exact = np.array([_displacement(given, friction) for friction in frictions])
+        size = 2.0 * NEIGHBOUR * abs(exact[4])
+        measured = np.array([ends[place] for place in places])
+        return tuple((values[2:] - values[:-2]) / size for values in (measured, exact))
 
     def error(self, scene, run, when=None):
         """The relative error of a stored run: the largest over the scene's quantities of interest;
@@ -108,6 +138,21 @@ class StoredRuns:
         timed = [s for s in scenes if all((s, name) in self.costs for name in methods)]
         first, other = ([self.costs[s, name] for s in timed] for name in methods[:2])
         return median_high(other) / median_high(first)
+
+
+def _last(stored):
+    """The last number of a stored array."""
+    _, text = stored
+    return np.frombuffer(zlib.decompress(base64.b64decode(text)), "<f8")[-1]
+
+
+def _displacement(given, friction):
+    """The displacement by one push and one brake [m], equation (22) of the source."""
+    fraction = given["slider_mass"] / (given["slider_mass"] + given["body_mass"])
+    push, brake = fraction * given["w1"], fraction * given["w2"]
+    limit = friction * given["gravity"]
+    size = 0.5 * fraction * (given["w1"] + given["w2"]) * given["t1"] ** 2
+    return -size * (push - limit) / (brake + limit)
 
 
 def _level(error, steps):

@@ -17,7 +17,9 @@ from plumbob.models.registry import matching_scenes
 from plumbob.reports.analyses import analyses_of
 from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.capsule_line.displacement import DISPLACEMENT_ERRORS
+from plumbob.reports.analyses.engines.through_contact import THROUGH_CONTACT
 from plumbob.reports.cli import main
+from plumbob.reports.records.page_records import ENGINES_SECTION
 from plumbob.reports.view.finding_text import read_findings
 from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.sharing.shared import shared
@@ -34,17 +36,20 @@ RUN_AGAIN = 10  # number of commands that are run
 
 
 def _measured():
-    """A study of scenes with and without contacts, with the records of its pages and one finding
-    about errors at all steps."""
+    """A study of scenes with and without contacts, with the records of its pages, a finding about
+    errors at all steps and one about derivatives."""
     study = run_study(
-        matching_scenes(SCENES, "quick"), find_methods(METHODS), command="plumbob"
+        matching_scenes(SCENES, "quick"),
+        find_methods(METHODS),
+        requests=THROUGH_CONTACT.requests,
+        command="plumbob",
     )
-    line = Section((DISPLACEMENT_ERRORS,))
+    sections = {
+        "capsule-line": Section((DISPLACEMENT_ERRORS,)),
+        ENGINES_SECTION: Section((THROUGH_CONTACT,)),
+    }
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(
-            "plumbob.reports.analyses.section",
-            lambda name: line if name == "capsule-line" else None,
-        )
+        patched.setattr("plumbob.reports.analyses.section", sections.get)
         return replace(study, analyses=analyses_of(study))
 
 
@@ -58,6 +63,7 @@ def _site(tmp_path_factory):
 
 
 KINDS = {
+    "derivative",
     "error",
     "tenth",
     "ms",
@@ -135,6 +141,12 @@ PLANTED = {
     ),
     "cell at the default step": ("error", "index", r'data-at="= 14 %', 'data-at="= 13 %'),
     "largest accurate step": ("error", "index", r"\|= 0.7 %", "|= 0.8 %"),
+    "derivative of one run": (
+        "derivative",
+        "engines",
+        r"error is -?\d+ % on",
+        "error is -56 % on",
+    ),
     "error of a run": ("run", "linear-pendulum-overdamped", r">0.00188<", ">0.00187<"),
 }
 UNSUPPORTED = ("nothing else running", "Bold: the smallest", "bold: the cheapest")
