@@ -11,7 +11,7 @@ from plumbob.reports.advice.audit_advice import AuditAdvice, Halving, StepChoice
 
 # "good" needs nothing, "fair" should be looked at, "bad" should be changed.
 Grade = Literal["good", "fair", "bad", "unknown"]
-Question = Literal["accuracy", "smaller step", "stability", "model"]
+AuditQuestion = Literal["accuracy", "smaller step", "stability", "model"]
 # [m] Largest errors of the grades "good" and "fair": about a tenth of what a gripper or a foot is
 # placed with, and what is placed with.
 GOOD_ERROR, FAIR_ERROR = 1e-3, 1e-2
@@ -31,14 +31,14 @@ class Fix:
 class AuditSummary:
     """Grades of an audit by question, and its fixes, the largest gain first."""
 
-    grades: tuple[tuple[Question, Grade], ...]
+    grades: tuple[tuple[AuditQuestion, Grade], ...]
     fixes: tuple[Fix, ...]
 
 
 def audit_summary(audit: Audit, advice: AuditAdvice, halved: Halving | None) -> AuditSummary:
     """Returns the summary of an audit; `halved` is the effect of halving its step, None if no
     motion is certified."""
-    grades: tuple[tuple[Question, Grade], ...] = (
+    grades: tuple[tuple[AuditQuestion, Grade], ...] = (
         ("accuracy", _accuracy(audit)),
         ("smaller step", _smaller_step(audit, halved)),
         ("stability", _stability(audit, advice)),

@@ -47,9 +47,9 @@ def test_default_recommended_cost_and_a_smaller_step():
     )
     assert advice == (
         "Recommended for an error of 0.1 %, of the steps that were run: mujoco/rk4 at 0.001 s "
-        "(2 ms of computing per simulated second, 500× real time, 8 times the computing time of the default settings at "
-        "2 ms). A smaller step helps: the error is 0.001 % at 1e-4 s; a tenth of the step, 1e-4 s, "
-        "divides it by 100."
+        "(2 ms of computing per simulated second, 500× real time, 8 times the computing time of "
+        "the default settings at 2 ms). A smaller step helps: the error is 0.001 % at 1e-4 s; "
+        "a tenth of the step, 1e-4 s, divides it by 100."
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
-from plumbob.reports.advice.audit_summary import Grade, Question, audit_summary
+from plumbob.reports.advice.audit_summary import AuditQuestion, Grade, audit_summary
 from plumbob.reports.records import notation
 from plumbob.reports.records.page_records import Replay
 from plumbob.reports.view.audit.contacts import contact_numbers
@@ -31,7 +31,7 @@ MOST_LINES = 8  # largest number of lines of an audit on the terminal, unless al
 class Tile:
     """The answer to one question about a model, with its grade."""
 
-    question: Question
+    question: AuditQuestion
     grade: Grade
     text: str
 
@@ -113,21 +113,10 @@ def short_lines(audit: Audit, width: int) -> list[str]:
     else matters. These are at most MOST_LINES lines, which end at words; texts that do not fit are
     left out, and the last line says how many. The first line is the first of `answer_lines`."""
     answer = audit_answer(audit)
-    report = audit_report(audit)
-    fixes = report.advised or (_to_do(audit, audit_advice(audit), ()),)
-    others = [tile for tile in report.tiles[1:3] if tile.grade != "unknown"]
-    unstable = [tile for tile in others if (tile.question, tile.grade) == ("stability", "bad")]
-    rows = [
-        *((tile.question, tile.text) for tile in unstable),
-        ("error", report.headline),
-        *(("to do", fix) for fix in fixes),
-        *(("warning", warning) for warning in report.warnings),
-        *((tile.question, tile.text) for tile in others if tile not in unstable),
-    ]
     indent = _indent(answer)
     lines = [answer_lines(answer)[0]]
     left_out = 0
-    for name, text in rows:
+    for name, text in _short_rows(audit):
         wrapped = textwrap.wrap(
             f"{name:{indent}}{text}",
             width,
@@ -140,6 +129,23 @@ def short_lines(audit: Audit, width: int) -> list[str]:
         left_out += not fits
     more = f"--verbose: {left_out} more, and all numbers" if left_out else "--verbose"
     return [*lines, f"{'all lines':{indent}}{more}"]
+
+
+def _short_rows(audit: Audit) -> list[tuple[str, str]]:
+    """Returns the rows of the short answer, the most important first: (name, text). A step that is
+    unstable comes before its error."""
+    report = audit_report(audit)
+    fixes = report.advised or (_to_do(audit, audit_advice(audit), ()),)
+    known = [tile for tile in report.tiles[1:3] if tile.grade != "unknown"]
+    unstable = [tile for tile in known if (tile.question, tile.grade) == ("stability", "bad")]
+    others = [tile for tile in known if tile not in unstable]
+    return [
+        *((tile.question, tile.text) for tile in unstable),
+        ("error", report.headline),
+        *(("to do", fix) for fix in fixes),
+        *(("warning", warning) for warning in report.warnings),
+        *((tile.question, tile.text) for tile in others),
+    ]
 
 
 def page(
