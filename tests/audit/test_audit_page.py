@@ -187,4 +187,5 @@ def test_the_page_of_a_model_with_contacts_is_printed_on_one_sheet(tmp_path, bro
         for paper in ("A4", "Letter"):
             printed = visit.page.pdf(format=paper)
             assert len(re.findall(rb"/Type\s*/Page\b", printed)) == 1, paper
+        assert visit.violations() == []
         assert visit.console == []

@@ -204,10 +204,10 @@ def test_commands_print_what_the_pages_print(site, capsys):
 @pytest.mark.parametrize(
     ("verdicts", "title"),
     [
-        ({"predicted": 4}, "The errors of 4 of 4 derivatives are as predicted"),
+        ({"predicted": 4}, "Errors of derivatives are as predicted in 4 of 4 cases"),
         (
             {"predicted": 2, "off-prediction": 1, "unsupported": 3},
-            "The errors of 2 of 3 derivatives are as predicted",
+            "Errors of derivatives are as predicted in 2 of 3 cases",
         ),
     ],
 )
