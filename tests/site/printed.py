@@ -240,7 +240,7 @@ class Site:
             for row in rows[1:]
             for cell in row[1:]
         )
-        said = re.search(r"\? marks (\d+) of them", text)
+        said = re.search(r"\? marks (\d+) cell", plain(self.pages["index"]))
         yield Compared("count", "index: ?", said[1] if said else "0", marked)
         runs = sum(len(self.stored.runs(*pair)) for pair in self.stored.series)
         yield Compared("count", "index: runs", re.search(rf"({NUMBER}) runs", text)[1], runs)

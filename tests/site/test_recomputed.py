@@ -116,7 +116,7 @@ PLANTED = {
         "count",
         "index",
         r"<p class=\"tally\">",
-        r'<p class="tally">? marks 6 of them ',
+        r'<p class="tally">? marks 6 cells ',
     ),
     "count of verdicts": ("count", "index", r"= (\d+) as predicted", r"= 1\1 as predicted"),
     "count of runs": ("count", "index", r"<b>(\d+) runs", r"<b>1\1 runs"),
