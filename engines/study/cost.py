@@ -1,5 +1,5 @@
 """Cost of a step: the median of its time over the time of reference steps just before and after it.
-Methods are timed in turn, and nothing else runs meanwhile."""
+Methods are timed in turn, and plumbob runs nothing else meanwhile."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pkgutil
+import shutil
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -37,7 +38,7 @@ from plumbob.reports.commands.shared.several_audits import (
     page_names,
     refused_row,
 )
-from plumbob.reports.view.audit.page import answer_lines, audit_answer, page
+from plumbob.reports.view.audit.page import answer_lines, audit_answer, page, short_lines
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.own_files import check_replaceable
@@ -67,6 +68,9 @@ MOTION_OPTIONS = (
     "engines",
     "against",
 )
+LEAST_COLUMNS, MOST_COLUMNS = 60, 120  # width of the short answer on a terminal
+# Options whose results stand in lines that the short answer lacks.
+IN_ALL_LINES = ("verbose", "against", "gradient", "engines", "write_trimmed")
 CONTACT_OPTIONS = ("body", "speed", "friction")
 FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 
@@ -150,6 +154,15 @@ def _print_first_line(audit: Audit, chosen: argparse.Namespace) -> None:
     print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
 
 
+def _short_lines(result: Audit | ContactAudit, chosen: argparse.Namespace) -> list[str]:
+    """Returns the most important lines of a motion's audit for the terminal. There are none if all
+    lines are printed: the user asks for them, or for numbers that have a line of their own."""
+    if isinstance(result, ContactAudit) or any(getattr(chosen, name) for name in IN_ALL_LINES):
+        return []
+    columns = min(MOST_COLUMNS, shutil.get_terminal_size().columns)
+    return short_lines(result, max(LEAST_COLUMNS, columns))
+
+
 def _with_given_names(audit: Audit, chosen: argparse.Namespace) -> Audit:
     """Returns `audit` with the name of its environment, and with the name of the file that gives
     its control."""
@@ -185,7 +198,7 @@ def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
     elif alone:
         # The first line of a motion's audit is printed before the audit begins.
         first = 0 if chosen.contacts else 1
-        for line in rows[0].lines[first:]:
+        for line in (rows[0].short or rows[0].lines)[first:]:
             print(line)
     else:
         for line in several_audits.table_lines(rows):
@@ -279,6 +292,7 @@ def _audit_row(
         page=page_name,
         missed=missed,
         lines=tuple(answer_lines(answer)),
+        short=tuple(_short_lines(result, chosen)),
         seconds=result.seconds,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -45,6 +46,16 @@ def short(value: float) -> str:
     return f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
 
 
+def shortest(value: Any) -> str:
+    """Returns a parameter with as few digits as it needs, at most fifteen, which leaves out the
+    rounding of double precision: 0.3. Several numbers stand in parentheses: (0.5, 0.4)."""
+    if isinstance(value, float):
+        return f"{value:.15g}"
+    if isinstance(value, (tuple, list)):
+        return f"({', '.join(map(shortest, value))})"
+    return str(value)
+
+
 def step(value: float, control: str) -> str:
     """Returns a step with its unit, or a relative tolerance: 1e-4 s, rtol 1e-9."""
     return f"{short(value)} s" if control == "step" else f"rtol {short(value)}"
@@ -53,9 +64,16 @@ def step(value: float, control: str) -> str:
 def seconds(value: float) -> str:
     """Returns a time [s] in the unit that suits its size: s, ms, µs or ns."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if abs(value) >= size:
+        if (
+            abs(value) >= 0.9995 * size
+        ):  # what is 1000 of a unit with three digits is 1 of the next
             return f"{number(value / size)} {unit}"
     return f"{number(value / 1e-9)} ns"
+
+
+def milliseconds(ns: float) -> str:
+    """Returns a time [ns] in milliseconds, without the unit: 7.77."""
+    return number(1e-6 * ns)
 
 
 def metres(value: float) -> str:
@@ -64,9 +82,14 @@ def metres(value: float) -> str:
     if not math.isfinite(value):
         return "diverged"
     for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)):
-        if value >= 0.9995 * size:
+        if value >= 0.995 * size:  # with two digits
             return f"{float(f'{value / size:.2g}'):g} {unit}"
     return f"{value:.1e} m" if value else "0"
+
+
+def factor(value: float) -> str:
+    """Returns a factor with two significant digits and without an exponent: 9.8, 110, 80,000."""
+    return f"{float(f'{value:.2g}'):,g}" if abs(value) < 1e6 else number(value, 2)
 
 
 def real_time_factor(ns_per_second: float) -> str:

@@ -17,10 +17,12 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import (
     REFERENCE_STEP,
     Measurement,
+    floor,
     reference_run,
     relative_error,
     worst,
 )
+from plumbob.engines.study.order import order_and_prediction
 from plumbob.engines.study.results import Quantities, Study
 from plumbob.engines.study.stability import SmallestLimit
 from plumbob.models.scene import Quantity, Scene
@@ -84,6 +86,15 @@ class ShownError:
         if self.control == "step" and column and math.isclose(self.step, column, rel_tol=1e-9):
             return ""
         return notation.step(self.step, self.control)
+
+
+@dataclass(frozen=True)
+class ErrorWithOrder(ShownError):
+    """The error of a method at one step, at the end or the largest on the way, with the order in
+    the step that its runs show and the order that theory predicts for the same runs."""
+
+    order: float | None = None  # None if it cannot be fitted, or the method has no step
+    predicted_order: float | None = None  # None if theory predicts no error of one of the runs
 
 
 @dataclass(frozen=True)
@@ -154,6 +165,51 @@ class MethodResult:
         return self._at(step)
 
     @property
+    def at_end(self) -> ErrorWithOrder | None:
+        """The error at the end of the run at the reference step, the largest of all quantities of
+        interest, with its orders; None if nothing was run."""
+        return self._with_order("end")
+
+    @property
+    def on_the_way(self) -> ErrorWithOrder | None:
+        """The largest error over the run at the reference step and over all quantities of interest,
+        with its orders; None if nothing was run."""
+        return self._with_order("run")
+
+    def _with_order(self, when: Literal["end", "run"]) -> ErrorWithOrder | None:
+        """Returns the error at the reference step, taken at the end or over the run, with its
+        orders; None if nothing was run."""
+        shown = self.at_reference
+        if shown is None:
+            return None
+        quantities = [replace(quantity, when=when) for quantity in self.quantities]
+        error = shown.error
+        if not math.isinf(error):
+            run = next(run for run in self.done if run.step == shown.step)
+            error = relative_error(run, quantities)
+        orders = self._orders(quantities) if self.method.control == "step" else (None, None)
+        return ErrorWithOrder(
+            error, shown.step, shown.control, shown.meaning, orders[0], orders[1]
+        )
+
+    def _orders(self, quantities: Sequence[Quantity]) -> tuple[float | None, float | None]:
+        """Returns the observed and the predicted order of the relative error of `quantities`. A run
+        that lacks one of the quantities does not count, nor does a run beside the step sizes."""
+        rows = []
+        for run in self.done:
+            error = relative_error(run, quantities)
+            if run.step not in self.series.beside and math.isfinite(error):
+                rows.append(
+                    (
+                        run.step,
+                        error,
+                        _largest_floor(run, quantities),
+                        _predicted_error(run, quantities),
+                    )
+                )
+        return order_and_prediction(*zip(*rows, strict=True)) if rows else (None, None)
+
+    @property
     def largest_at_reference(self) -> ShownError | None:
         """The largest error at the reference step and at all smaller steps that were run; None if
         nothing was run. An error that crosses zero is small at one step by chance."""
@@ -180,6 +236,11 @@ class MethodResult:
     def finest(self) -> ShownError | None:
         """The error at the smallest step that reached the end."""
         return self._at(self.done[-1].step) if self.done else None
+
+    def at_a_tenth(self, step: float) -> ShownError | None:
+        """Returns the error at a tenth of a step [s]; None if that step was not run."""
+        same = [s for s in self.errors if math.isclose(10.0 * s, step, rel_tol=1e-9)]
+        return self._at(same[0]) if same else None
 
     def _at(self, step: float) -> ShownError:
         """Returns the error at a step. Its meaning is "unclaimed" if the verdict on the method is
@@ -238,6 +299,25 @@ class MethodResult:
         fitted = [run for run in self.done if run.step in steps]
         predicted = [error.predicted for run in fitted for error in run.errors.values()]
         return all(p is not None and p.nonlinearity < 1.0 for p in predicted)
+
+
+def _largest_floor(run: Measurement, quantities: Sequence[Quantity]) -> float:
+    """Returns the largest round-off level of the quantities of interest, relative to their
+    scales."""
+    return max(floor(run.errors[q.observable], run.steps) / q.scale for q in quantities)
+
+
+def _predicted_error(run: Measurement, quantities: Sequence[Quantity]) -> float:
+    """Returns the predicted relative error of a run, the largest of the quantities of interest; NaN
+    if theory predicts no error of one of them, or its series does not reach the step."""
+    sizes = []
+    for quantity in quantities:
+        predicted = run.errors[quantity.observable].predicted
+        if predicted is None or predicted.nonlinearity >= 1.0:
+            return math.nan
+        size = abs(predicted.end) if quantity.when == "end" else predicted.largest
+        sizes.append(size / quantity.scale)
+    return max(sizes)
 
 
 Results = Mapping[tuple[str, str], MethodResult]  # by the names of scene and method

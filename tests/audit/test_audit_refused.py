@@ -114,7 +114,7 @@ def test_hostile_input_is_one_line(case, files, capsys):
 @pytest.mark.long
 def test_exit_codes_and_json(files, capsys):
     short = ["audit", "my.xml", "--duration", "0.2", "--budget", "20"]
-    assert main([*short, "--absolute", "0.1"]) == 0
+    assert main([*short, "--absolute", "0.1", "--verbose"]) == 0
     text = capsys.readouterr()
     assert text.err == ""
     for row in ("reference", "your error", "halving", "cheapest", "predictable", "not claimed"):
@@ -129,7 +129,7 @@ def test_exit_codes_and_json(files, capsys):
 
 def test_no_reference_is_an_answer(capsys, files):
     """Exit code 0, also where the answer is "no reference, because ..."."""
-    code = main(["audit", "my.xml", "--budget", "1e-9"])
+    code = main(["audit", "my.xml", "--budget", "1e-9", "--verbose"])
     printed = capsys.readouterr()
     assert code == 0
     assert "none: the time given for it ended" in printed.out

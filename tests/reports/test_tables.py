@@ -24,6 +24,7 @@ from plumbob.reports.view import sources, tables, top_tables
 from plumbob.reports.view.content import StatementVerdict
 from plumbob.reports.view.method_results import MethodResult
 from plumbob.reports.view.sources import NOTEBOOK
+from plumbob.reports.view.units import parameter_units
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import finding, nothing
 from plumbob.tests.support.studies import SCENE, quick
@@ -61,6 +62,43 @@ def texts(table):
 )
 def test_a_time_has_the_unit_that_suits_it(value, text):
     assert notation.seconds(value) == text
+
+
+@pytest.mark.parametrize(
+    ("written", "text"),
+    [
+        (notation.seconds(9.996e-4), "1 ms"),
+        (notation.seconds(9.99e-4), "999 µs"),
+        (notation.metres(9.96e-4), "1 mm"),
+        (notation.metres(9.94e-4), "990 µm"),
+        (notation.factor(156.0), "160"),
+        (notation.factor(81234.0), "81,000"),
+        (notation.factor(1.62), "1.6"),
+        (notation.shortest(0.1 + 0.2), "0.3"),
+        (notation.shortest(9.81), "9.81"),
+        (notation.shortest(((0.2, 0.0), (-0.1, 0.3 - 0.15))), "((0.2, 0), (-0.1, 0.15))"),
+        (notation.shortest("newton"), "newton"),
+        (notation.milliseconds(7.768e6), "7.77"),
+    ],
+)
+def test_numbers_have_the_digits_and_the_unit_that_suit_them(written, text):
+    """No 1000 µm, no 1.6e+02, no 0.30000000000000004."""
+    assert written == text
+
+
+def test_parameters_have_their_unit():
+    facts = {"period": 0.32, "outcome": "sticks"}
+    parameters = {"friction": 0.1 + 0.2, "w1": 38.259000000000007}
+    shown = tables.table(
+        "parameters", parameters=parameters, facts=facts, source="", units=parameter_units()
+    )
+    rows = [tuple(cell.text for cell in row) for row in shown.rows]
+    assert rows == [
+        ("friction", "0.3", "1"),
+        ("w1", "38.259", "m/s²"),
+        ("period", "0.32", "s"),
+        ("outcome", "sticks", ""),
+    ]
 
 
 def test_a_real_time_factor_is_simulated_over_computing_time():

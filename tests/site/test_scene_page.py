@@ -43,12 +43,13 @@ def test_default_recommended_cost_and_a_smaller_step():
     default, advice = _sentences(lambda h: 20 * h, lambda h: 1e3 * h**2)
     assert default == (
         "MuJoCo's default settings (mujoco/euler): the error is 4 % at 0.002 s. A smaller step "
-        "helps: the error is 0.2 % at 1e-4 s."
+        "helps: the error is 0.2 % at 1e-4 s; a tenth of the step, 2e-4 s, divides it by 10."
     )
     assert advice == (
-        "Recommended for an error of 0.1 %: mujoco/rk4 at 0.001 s (500× real time, 8 times the "
-        "computing time of the default settings at 2 ms). A smaller step helps: the error is "
-        "0.001 % at 1e-4 s."
+        "Recommended for an error of 0.1 %, of the steps that were run: mujoco/rk4 at 0.001 s "
+        "(2 ms of computing per simulated second, 500× real time, 8 times the computing time of "
+        "the default settings at 2 ms). A smaller step helps: the error is 0.001 % at 1e-4 s; "
+        "a tenth of the step, 1e-4 s, divides it by 100."
     )
 
 
@@ -72,14 +73,22 @@ def test_whether_a_smaller_step_helps_is_measured(error, words):
 def test_each_method_has_its_error_its_verdict_with_a_reason_and_its_cost():
     record, results = _parts(_study(lambda h: 20 * h, lambda h: 0.3))
     shown = table("scene_errors", rows=results)
-    assert shown.heads == ("method", "error at 1 ms", "verdict", "computing time per s")
+    assert shown.heads == (
+        "method",
+        "at the end; order (theory's)",
+        "largest on the way; order (theory's)",
+        "verdict",
+        "computing [ms per simulated s]",
+        "× real time",
+    )
     rows = {cells[0].text: cells for cells in shown.rows}
-    for name, error, cost in (
-        ("mujoco/euler", "2 %", "500 µs"),
-        ("mujoco/rk4", "30 %", "2 ms"),
+    for name, error, cost, speed in (
+        ("mujoco/euler", "2 %\n1.00 (1.00)", "0.5", "2000×"),
+        ("mujoco/rk4", "30 %\n0.00 (0.00)", "2", "500×"),
     ):
-        _, size, verdict, time = rows[name]
-        assert (size.text, time.text) == (error, cost)
+        _, at_end, on_the_way, verdict, time, factor = rows[name]
+        assert (at_end.text, on_the_way.text) == (error, error)
+        assert (time.text, factor.text) == (cost, speed)
         judged = record.verdicts[name]
         assert judged.verdict in verdict.kind.split()
         assert (

@@ -12,7 +12,7 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MAX_MAP_CELLS, render, sweep_figures
-from plumbob.reports.view.sweep.text import terminal_values
+from plumbob.reports.view.sweep.text import tenth_text, terminal_values
 from plumbob.reports.view.tables import terminal_lines
 from plumbob.tests.support.page_document import plotted_inside
 
@@ -74,3 +74,13 @@ def test_a_map_shows_the_largest_error_and_stays_small(counts):
         terminal_lines("sweep", **terminal_values(found), stored=0, page="")
     )
     assert MAX_MAP_CELLS < 1000
+
+
+@pytest.mark.parametrize(
+    ("points", "without", "ninety", "text"),
+    [(10, 0, 0.01, "1 %"), (9, 0, 0.01, ""), (12, 3, 0.01, ""), (100, 0, 0.02, "")],
+)
+def test_nine_of_ten_are_said_of_ten_runs_or_more(points, without, ninety, text):
+    """And if they differ from the largest."""
+    row = {"ninety": ninety, "largest": 0.02, "without": without}
+    assert tenth_text(row, points) == text

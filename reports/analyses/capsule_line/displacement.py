@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
@@ -38,12 +40,11 @@ def displacement_errors(study: Study) -> Record | None:
     exact = problem(CHECK_LINE).motion.displacement
     by_method = [_errors(study, name) for name in method_names(study)]
     methods = [row for row in by_method if any(error is not None for error in row.errors)]
-    good = list[float]()  # errors at the middle step of methods whose contacts converge
-    bad = list[float]()  # errors at the middle step of the others
-    for row in methods:
-        error = row.errors[1]
-        if error is not None:
-            (good if row.method.endswith(CONVERGENT_CONTACTS) else bad).append(abs(error))
+    good = [
+        abs(row.errors[1])
+        for row in methods
+        if row.method.endswith(CONVERGENT_CONTACTS) and row.errors[1] is not None
+    ]
     return Record(
         exact=exact,  # [m]
         # relative error at DISPLACEMENT_STEPS
@@ -53,10 +54,38 @@ def displacement_errors(study: Study) -> Record | None:
         convergence=_convergence(study, exact),  # steps [s] and relative errors, by method
         # largest error at the middle step of methods whose contacts converge
         good=max(good, default=None),
-        # smallest and largest error of the other methods at the middle step
-        bad=(min(bad), max(bad)) if bad else None,
+        bad=_without_convergence(study, exact),
         steps=DISPLACEMENT_STEPS,
     )
+
+
+def _without_convergence(study: Study, exact: float) -> Record | None:
+    """Returns the range of the relative errors of the final displacement over all runs whose
+    contacts do not converge, the range of their steps [s], and the range of the errors in the
+    turned scene; None if there is no such run. `exact` is the exact displacement [m]."""
+    others = [n for n in method_names(study) if not n.endswith(CONVERGENT_CONTACTS)]
+    runs = [
+        run
+        for series in study.convergence
+        if series.scene == CHECK_LINE and series.method in others
+        for run in _finished_runs(series)
+    ]
+    if not runs:
+        return None
+    errors = [abs(run.errors["displacement"].end / exact) for run in runs]
+    steps = [run.step for run in runs]
+    turned = [measured_error(study, TURNED_SCENE, name, TURNED_STEP) for name in others]
+    known = [abs(error) for error in turned if error is not None]
+    return Record(
+        errors=(min(errors), max(errors)),
+        steps=(min(steps), max(steps)),
+        turned=(min(known), max(known)) if known else None,
+    )
+
+
+def _finished_runs(series: ConvergenceStudy) -> list[Measurement]:
+    """Returns the runs of a convergence study that reached their end."""
+    return [run for run in series.measurements if run.status == "done"]
 
 
 def _errors(study: Study, method: str) -> Record:
@@ -76,7 +105,7 @@ def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequen
     COMPARED_METHODS that ran."""
     by_method = {}
     for series in study.convergence:
-        done = [run for run in series.measurements if run.status == "done"]
+        done = _finished_runs(series)
         if series.scene == CHECK_LINE and series.method in COMPARED_METHODS and done:
             ends = [run.errors["displacement"].end / exact for run in done]
             by_method[series.method] = {"steps": [run.step for run in done], "errors": ends}
@@ -89,7 +118,7 @@ def _converge(numbers: Record) -> Claims:
     if numbers.good is None or numbers.bad is None:
         return ()
     text = "errors of contacts that do not converge, and of those that do"
-    return (clear(text, numbers.bad[0], numbers.good),)
+    return (clear(text, numbers.bad.errors[0], numbers.good),)
 
 
 DISPLACEMENT_ERRORS = Analysis(

@@ -57,7 +57,8 @@ class Row:
     data: dict[str, Any]  # record that --json prints
     page: str = ""  # name of the file's own page
     missed: str = ""  # requirements that the audit misses, with reasons
-    lines: tuple[str, ...] = ()  # lines of the audit on the terminal
+    lines: tuple[str, ...] = ()  # all lines of the audit on the terminal
+    short: tuple[str, ...] = ()  # its most important lines; empty if all are printed
     seconds: float = 0.0  # [s] wall time of the audit
 
     @property

@@ -2,7 +2,7 @@
   "use strict";
   // A reader chooses rows, columns and steps in the tables of scenes by methods or engines. The choice
   // is kept in the address, after the name of the section, as "#matrix?".
-  const STEPS = {"1ms": "at 1 ms", default: "at 2 ms, or a tolerance of 1e-3", "1percent": "at the largest step for 1 % (bold: the cheapest)"};
+  const STEPS = {"1ms": "at 1 ms", default: "at 2 ms, or a tolerance of 1e-3", "1percent": "at the largest step for 1 %"};
 
   const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
 

@@ -46,17 +46,17 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
 
 
 def _costs(compared: StepComparison) -> dict[str, Any]:
-    """Returns `costs`: for each integrator the steps [s], the costs [ns per simulated second] and
+    """Returns `costs`: for each integrator the steps [s], the costs [ms per simulated second] and
     the errors [m] of its timed runs; and `front`: the costs and errors of the Pareto front."""
     timed = [run for run in compared.steps if run.cost]
     costs = []
     points = list[tuple[float, float]]()
     for integrator, group in groupby(timed, lambda run: run.integrator):
         runs = list(group)
-        ns_per_second = [run.ns_per_second or math.inf for run in runs]
+        ms_per_second = [1e-6 * (run.ns_per_second or math.inf) for run in runs]
         errors = [run.at(compared.index) for run in runs]
-        costs.append((integrator, tuple(run.step for run in runs), ns_per_second, errors))
-        points += zip(ns_per_second, errors, strict=True)
+        costs.append((integrator, tuple(run.step for run in runs), ms_per_second, errors))
+        points += zip(ms_per_second, errors, strict=True)
     return {"costs": costs, "front": pareto_front(points, lambda point: point)}
 
 

@@ -3,7 +3,9 @@ writes."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -11,14 +13,59 @@ from typing import Any
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
+from plumbob.reports.advice.audit_summary import AuditQuestion, Grade, audit_summary
 from plumbob.reports.records import notation
 from plumbob.reports.records.page_records import Replay
 from plumbob.reports.view.audit.contacts import contact_numbers
 from plumbob.reports.view.audit.motion import motion_numbers
-from plumbob.reports.view.content import Cell, Finding
+from plumbob.reports.view.content import Cell, Finding, Table
 from plumbob.reports.view.finding_text import read_findings as worded
 from plumbob.reports.view.page import fill_page
+from plumbob.reports.view.tables import table_or_none
 from plumbob.reports.view.tables import terminal_lines as text_lines
+
+MOST_LINES = 8  # largest number of lines of an audit on the terminal, unless all are asked for
+
+
+@dataclass(frozen=True)
+class Tile:
+    """The answer to one question about a model, with its grade."""
+
+    question: AuditQuestion
+    grade: Grade
+    text: str
+
+
+@dataclass(frozen=True)
+class AuditReport:
+    """The first part of an audit's page: what is wrong, and what to do."""
+
+    headline: str
+    tiles: tuple[Tile, ...]
+    warnings: tuple[str, ...]
+    advised: tuple[str, ...]  # the changes that the audit advises, a line each
+    fixes: Table | None  # None if no change makes the model better
+
+
+def audit_report(audit: Audit) -> AuditReport:
+    """Returns the first part of the page of an audit."""
+    advice = audit_advice(audit)
+    halved = halving(audit) if audit.found else None
+    summary = audit_summary(audit, advice, halved)
+    warnings = text_lines("audit_warnings", advice=advice)
+    numbers = {"audit": audit, "advice": advice, "halving": halved, "summary": summary}
+    texts = text_lines("audit_tiles", warnings=warnings, **numbers)
+    tiles = [
+        Tile(question, grade, text)
+        for (question, grade), text in zip(summary.grades, texts, strict=True)
+    ]
+    return AuditReport(
+        headline=" ".join(text_lines("audit_headline", audit=audit)),
+        tiles=tuple(tiles),
+        warnings=tuple(warnings),
+        advised=tuple(text_lines("audit_fixes", **numbers)),
+        fixes=table_or_none("audit_fixes", **numbers),
+    )
 
 
 def audit_answer(audit: Audit | ContactAudit) -> Finding:
@@ -36,9 +83,14 @@ def audit_answer(audit: Audit | ContactAudit) -> Finding:
 
 
 def to_do_text(audit: Audit, advice: AuditAdvice) -> str:
-    """Returns the advice of an audit as one line of text."""
+    """Returns the advice of an audit as one line of text, with its warnings."""
+    return _to_do(audit, advice, text_lines("audit_warnings", advice=advice))
+
+
+def _to_do(audit: Audit, advice: AuditAdvice, warnings: Sequence[str]) -> str:
+    """Returns the advice of an audit and these warnings as one line of text."""
     about = {"control": audit.control, "format": audit.model.format}
-    return " ".join(text_lines("audit_to_do", advice=advice, **about))
+    return " ".join(text_lines("audit_to_do", advice=advice, warnings=warnings, **about))
 
 
 def answer_rows(answer: Finding) -> list[tuple[str, str]]:
@@ -48,8 +100,52 @@ def answer_rows(answer: Finding) -> list[tuple[str, str]]:
 
 def answer_lines(answer: Finding) -> list[str]:
     """Returns the rows of an answer as lines of text, with the texts aligned in a column."""
-    width = max(len(name) for name, _ in answer_rows(answer)) + 2
-    return [f"{name:{width}}{text}" for name, text in answer_rows(answer)]
+    return [f"{name:{_indent(answer)}}{text}" for name, text in answer_rows(answer)]
+
+
+def _indent(answer: Finding) -> int:
+    """Returns the column at which the texts of an answer's lines begin."""
+    return max(len(name) for name, _ in answer_rows(answer)) + 2
+
+
+def short_lines(audit: Audit, width: int) -> list[str]:
+    """Returns the answer for a terminal of `width` columns: what is wrong, what to do, then what
+    else matters. These are at most MOST_LINES lines, which end at words; texts that do not fit are
+    left out, and the last line says how many. The first line is the first of `answer_lines`."""
+    answer = audit_answer(audit)
+    indent = _indent(answer)
+    lines = [answer_lines(answer)[0]]
+    left_out = 0
+    for name, text in _short_rows(audit):
+        wrapped = textwrap.wrap(
+            f"{name:{indent}}{text}",
+            width,
+            subsequent_indent=" " * indent,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        fits = not left_out and len(lines) + len(wrapped) < MOST_LINES
+        lines += wrapped if fits else []
+        left_out += not fits
+    more = f"--verbose: {left_out} more, and all numbers" if left_out else "--verbose"
+    return [*lines, f"{'all lines':{indent}}{more}"]
+
+
+def _short_rows(audit: Audit) -> list[tuple[str, str]]:
+    """Returns the rows of the short answer, the most important first: (name, text). A step that is
+    unstable comes before its error."""
+    report = audit_report(audit)
+    fixes = report.advised or (_to_do(audit, audit_advice(audit), ()),)
+    known = [tile for tile in report.tiles[1:3] if tile.grade != "unknown"]
+    unstable = [tile for tile in known if (tile.question, tile.grade) == ("stability", "bad")]
+    others = [tile for tile in known if tile not in unstable]
+    return [
+        *((tile.question, tile.text) for tile in unstable),
+        ("error", report.headline),
+        *(("to do", fix) for fix in fixes),
+        *(("warning", warning) for warning in report.warnings),
+        *((tile.question, tile.text) for tile in others),
+    ]
 
 
 def page(
@@ -70,6 +166,7 @@ def page(
         seconds=notation.seconds,
         replay=replay,
         code=audit.snippet if isinstance(audit, ContactAudit) else "",
+        report=None if isinstance(audit, ContactAudit) else audit_report(audit),
         card=() if isinstance(audit, ContactAudit) else card_lines(audit),
     )
 
@@ -77,14 +174,14 @@ def page(
 def page_of_finding(finding: Finding, command: str, lasted: float, **about: Any) -> str:
     """Returns the page of a finding on one or more audits as HTML. `command` repeats them, `lasted`
     is their duration [s], and `about` holds further values of the template, all optional."""
-    nothing = {"versions": "", "replay": None, "code": "", "card": ()}
+    nothing = {"versions": "", "replay": None, "code": "", "card": (), "report": None}
     values = {"finding": finding, "command": command, "lasted": f"{lasted:.3g}", **nothing}
     return fill_page("audit.html.jinja", **{**values, **about})
 
 
 def card_lines(audit: Audit) -> list[str]:
-    """Returns the answer as a card for the terminal: a line with the error, the recommended choice
-    and how well it is known; then the lines to put into the model file."""
+    """Returns the answer as a card: a line with the error, how well it is known and the recommended
+    choice; then the lines to put into the model file."""
     return text_lines("audit_card", audit=audit, advice=audit_advice(audit))
 
 

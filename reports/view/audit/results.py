@@ -48,7 +48,7 @@ class _Shown:
         )
 
     def text(self) -> str:
-        """Returns the answer as `plumbob audit` prints it."""
+        """Returns the answer as `plumbob audit --verbose` prints it."""
         return "\n".join(answer_lines(audit_answer(self._audit)))
 
     def to_dict(self) -> dict[str, Any]:

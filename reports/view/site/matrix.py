@@ -59,6 +59,16 @@ def matrices(study: Study, all_results: Results, scenes: Sequence[Scene]) -> lis
     return by_kind
 
 
+def too_large_steps(all_results: Results) -> int:
+    """Returns the number of cells whose step is too large for the theory although the verdict on
+    all steps of the pair of scene and method is another one."""
+    return sum(
+        result.meaning != "unclaimed" and result.at_reference.meaning == "unclaimed"
+        for result in all_results.values()
+        if result.at_reference
+    )
+
+
 def engine_names(study: Study) -> list[str]:
     """Returns the names of the study's engines in the order of `ENGINE_TITLES`, then all others
     alphabetically."""

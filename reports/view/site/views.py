@@ -30,6 +30,7 @@ from plumbob.reports.view.site.claims import findings_about
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming_table
+from plumbob.reports.view.units import parameter_units
 
 PageView = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
@@ -136,6 +137,7 @@ def _further_tables(
         "parameters": scene.parameters,
         "facts": exact.facts,
         "source": scene.source,
+        "units": parameter_units(),
     }
     tables = (
         top_tables.scene_recommendations(record.recommendations),

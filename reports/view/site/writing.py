@@ -209,6 +209,7 @@ def _common(
         "preview": pictures[0] if pictures else "",
         "counts": sum(by_engine.values(), Counter()),
         "by_engine": by_engine,
+        "too_large": matrix.too_large_steps(results),
         "made": first_screen.run_counts(results),
         "kinds": simulated_kinds(study, records),
         "options": chooser_options(),

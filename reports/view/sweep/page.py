@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,14 @@ from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure, PlotlyLayout
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
-from plumbob.reports.view.sweep.text import error_text, point_text, sides_text, sweep_rows
+from plumbob.reports.view.sweep.text import (
+    error_text,
+    point_text,
+    sides_text,
+    sweep_rows,
+    tenth_text,
+)
+from plumbob.reports.view.units import parameter_units
 
 # most columns and rows of a map; a cell shows the worst of several points
 MAX_MAP_CELLS = 160
@@ -42,7 +50,11 @@ def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: st
 def render(swept: Swept, provenance: Provenance) -> str:
     """Returns the page of a sweep as one HTML file."""
     swept_rows = sweep_rows(swept)
-    words = {"size": error_text, "place": point_text}
+    words = {
+        "size": error_text,
+        "place": point_text,
+        "tenth": partial(tenth_text, points=swept.sweep.points),
+    }
     with_worst = [row for row in swept_rows if row["worst"]]
     return fill_page(
         "sweep.html.jinja",
@@ -125,9 +137,6 @@ def _curves(swept: Swept, side: int) -> dict[str, Any]:
 
 def _axis(side: Side) -> PlotlyLayout:
     """Returns the axis of a varied parameter, titled with its name and unit."""
-    title = side.name
-    for line in tables.paragraphs("units"):
-        unit, names = line.split(": ")
-        if side.name in names.split(", "):
-            title = f"{side.name} [{unit}]"
+    unit = parameter_units().get(side.name)
+    title = f"{side.name} [{unit}]" if unit else side.name
     return logarithmic(title) if side.logarithmic else linear(title)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.records.notation import number, relative
 
 LISTED_POINTS = 10  # number of worst points listed for each method and step
+LEAST_RUNS = 10  # smallest number of runs of which a tenth is a run or more
 
 
 def sweep_rows(swept: Swept) -> tuple[dict[str, Any], ...]:
@@ -79,6 +81,14 @@ def error_text(error: float) -> str:
     return "diverged" if np.isinf(error) else relative(error)
 
 
+def tenth_text(row: Mapping[str, Any], points: int) -> str:
+    """Returns the relative error that nine of ten runs of a row do not exceed, as text. It is empty
+    if fewer than LEAST_RUNS of the `points` have an error, or if it reads as the largest error."""
+    text = error_text(row["ninety"])
+    enough = points - row["without"] >= LEAST_RUNS
+    return text if enough and text != error_text(row["largest"]) else ""
+
+
 def point_text(parameters: Mapping[str, float]) -> str:
     """Returns the varied parameters and their values as text."""
     return ", ".join(f"{name} {number(value, 5)}" for name, value in parameters.items())
@@ -91,8 +101,9 @@ def sides_text(varied: Sequence[Side]) -> str:
 
 
 def terminal_values(swept: Swept) -> dict[str, Any]:
-    """Returns the values of the template that writes a sweep to the terminal. Two of them are
-    functions that the template calls: "size" formats an error, "place" a point of the grid."""
+    """Returns the values of the template that writes a sweep to the terminal. Three of them are
+    functions that the template calls: "size" formats an error, "place" a point of the grid, and
+    "tenth" the error that nine of ten runs do not exceed."""
     box = swept.sweep.box
     return {
         "scene": box.scene,
@@ -102,4 +113,5 @@ def terminal_values(swept: Swept) -> dict[str, Any]:
         "reasons": swept.reasons,
         "size": error_text,
         "place": point_text,
+        "tenth": partial(tenth_text, points=swept.sweep.points),
     }
