@@ -74,6 +74,17 @@ def test_report_draws_what_validate_drew(tmp_path, monkeypatch, capsys):
     assert files(report(tmp_path)) == drawn
 
 
+def test_validate_draws_the_study_that_it_has_and_reads_no_store(tmp_path, monkeypatch):
+    def read(*arguments):
+        raise AssertionError("a stored result was read")
+
+    without_findings(monkeypatch)
+    monkeypatch.setattr(store, "from_json", read)
+    chosen = ["--scenes", NAME, "--methods", "ode/rk4", "--jobs", "1", "--out", str(tmp_path)]
+    assert main(["validate", *chosen]) == 0
+    assert (tmp_path / "index.html").is_file()
+
+
 def test_a_page_says_what_is_stored(tmp_path):
     """Whatever the code would work out now."""
     kept = "what another version wrote"
