@@ -104,8 +104,8 @@ def known_part(reference: Certificate) -> Certificate:
 
 
 def _whole_reference(model: OwnModel, script: Script, allowance: Allowance) -> Certificate:
-    """Returns the reference, smooth if possible and else with layers, before `telling` removes late
-    parts that say nothing."""
+    """Returns the reference, smooth if possible and else with layers, before `known_part` removes
+    late parts that say nothing."""
     seconds = allowance.seconds
     second = allowance.start(integration, model, script, "RK45", LOOSE, (1.0 - FIRST) * seconds)
     first = integration(model, script, "DOP853", TIGHT, FIRST * seconds)

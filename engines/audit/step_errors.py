@@ -1,5 +1,5 @@
-"""The errors of a model's own steps against its continuous motion, their order, and the cheapest
-step for a wanted error."""
+"""The errors of a model's own steps, and of other steps and integrators, against its continuous
+motion, and their order."""
 
 from __future__ import annotations
 

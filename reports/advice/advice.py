@@ -47,17 +47,23 @@ class Question:
 
     def quantities(self, study: Study, scene: str) -> Quantities:
         """Returns the quantities of a scene whose errors count. For a relative error they are the
-        scene's quantities of interest. For an absolute error it is one observable with the scale 1;
-        if the scene's quantity of interest is that observable at the end, the error at the end
-        counts."""
+        scene's quantities of interest; for an absolute error they are those of
+        `quantities_in_units`."""
         of_interest = study.quantities(scene)
         if not self.absolute:
             return of_interest
-        observable = self.observable or of_interest[0].observable
-        for quantity in of_interest:
-            if quantity.observable == observable:
-                return (replace(quantity, scale=1.0),)
-        return (Quantity(observable, 1.0),)
+        return quantities_in_units(of_interest, self.observable)
+
+
+def quantities_in_units(of_interest: Quantities, observable: str | None) -> Quantities:
+    """Returns the one quantity whose absolute error counts: an observable with the scale 1, by
+    default the observable of the first quantity of interest. If the observable counts at the end
+    only as a quantity of interest, its error at the end counts."""
+    name = observable or of_interest[0].observable
+    for quantity in of_interest:
+        if quantity.observable == name:
+            return (replace(quantity, scale=1.0),)
+    return (Quantity(name, 1.0),)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected_pairs
 from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.exact_numbers import exact_numbers_of
 from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 
 Record = SimpleNamespace
@@ -25,10 +26,14 @@ class Analysis:
     """An analysis of a study, with the template that holds all its words, tables and figures."""
 
     template: str  # name in reports/templates, as "cone_pendulum/equilibria"
-    numbers: Callable[[Study], FindingNumbers]
+    numbers: Callable[[Study], FindingNumbers] = lambda study: Record()
     requests: Requests = lambda plan: ()  # runs needed in addition to the study's own
     # checks that the numbers support the text of the template
     claims: Callable[[FindingNumbers], Sequence[Claim]] = lambda numbers: ()
+    exact: Callable[[], Record] | None = None
+    """Computes the numbers that no measurement enters. A study does not compute them: they are
+    shipped in reports/exact_numbers, and `python -m plumbob.tests.validation.exact_numbers` writes
+    them."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +67,8 @@ def analyse_section(
             numbers = analysis.numbers(study)
             if numbers is None:
                 continue
-            claims = tuple(
-                (claim.text, bool(claim.holds)) for claim in analysis.claims(numbers)
-            )
+            checks = analysis.claims(with_exact_numbers(analysis, numbers))
+            claims = tuple((claim.text, bool(claim.holds)) for claim in checks)
             results.append(
                 replace(left_out, numbers=plain(numbers, FOR_TEMPLATES), claims=claims)
             )
@@ -74,3 +78,10 @@ def analyse_section(
                 raise
             results.append(replace(left_out, claims=tuple((pair, False) for pair in pairs)))
     return tuple(results)
+
+
+def with_exact_numbers(analysis: Analysis, numbers: FindingNumbers) -> FindingNumbers:
+    """Returns the numbers of an analysis of a study together with its shipped numbers, if it has
+    any."""
+    shipped = exact_numbers_of(analysis.template) if analysis.exact else None
+    return Record(**vars(numbers), **shipped.numbers) if shipped else numbers

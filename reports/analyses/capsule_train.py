@@ -6,7 +6,7 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import Claims, at_most
-from plumbob.reports.analyses.mean_speed import MEAN_SPEED, SCENES
+from plumbob.reports.analyses.mean_speed import MEAN_SPEED
 from plumbob.reports.analyses.measurements import (
     covers,
     find_measurement,
@@ -14,6 +14,7 @@ from plumbob.reports.analyses.measurements import (
     problem,
 )
 
+SCENES = ("capsule-train/thousand", "capsule-train/ten")  # the first one that was run is used
 COMPARED_STEP = 1e-3  # [s]
 GOOD = 1e-3  # relative error of a method whose contacts converge
 

@@ -20,7 +20,6 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
-from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import effects_of_changes
@@ -31,7 +30,7 @@ from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
-from plumbob.reports.commands.shared.model_file import read_controls
+from plumbob.reports.commands.shared.model_file import chosen_control, control_name
 from plumbob.reports.commands.shared.several_audits import (
     Row,
     model_files,
@@ -166,8 +165,7 @@ def _short_lines(result: Audit | ContactAudit, chosen: argparse.Namespace) -> li
 def _with_given_names(audit: Audit, chosen: argparse.Namespace) -> Audit:
     """Returns `audit` with the name of its environment, and with the name of the file that gives
     its control."""
-    control = audit.control if chosen.ctrl in KINDS else Path(chosen.ctrl).name
-    return replace(audit, name=chosen.gym or audit.name, control=control)
+    return replace(audit, name=chosen.gym or audit.name, control=control_name(chosen.ctrl))
 
 
 def _write_files(rows: Sequence[Row], chosen: argparse.Namespace, began: float) -> None:
@@ -339,7 +337,7 @@ def _run_audit(
     start = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
     result: Audit = audit(
         model,
-        chosen.ctrl if chosen.ctrl in KINDS else read_controls(Path(chosen.ctrl)),
+        chosen_control(chosen.ctrl),
         **start,
         duration=chosen.duration,
         period=chosen.ctrl_period,

@@ -22,7 +22,7 @@ from plumbob.engines.study.provenance import changed_since
 from plumbob.engines.study.results import Observables, Study
 from plumbob.engines.workers import spent
 from plumbob.models.registry import case_of, system_of
-from plumbob.models.scene import Quantity, Scene
+from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared.budget import certify
 from plumbob.reports.commands.shared.model_file import (
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from plumbob.reports.advice.user_settings import UserResult
 
 SAMPLES = 100  # times at which the exact motion is sampled for its size
-ROUNDING = 2.0**-53  # relative rounding error of a double
 EXACT_FRACTION = 0.1  # fraction of the budget for an exact motion that is integrated
 INCOMPLETE = 3
 FILE = "recommend.sqlite3"  # store of this command's runs, beside the studies of `validate`
@@ -209,22 +208,22 @@ def _check_observable(observable: str | None, observables: Observables) -> None:
 def _check_reachable(chosen: argparse.Namespace, scene: Scene) -> None:
     """Raises ParameterError if the wanted error is smaller than the rounding error of the scene's
     exact motion: no method and no step reaches it."""
+    from plumbob.analytic.numerics.arithmetic import ROUNDOFF
+    from plumbob.reports.advice.advice import quantities_in_units
+
     case = case_of(scene)
     if case.system.distribution:  # a plug-in's exact motion may fail: the study reports it
         return
     quantities = case.system.quantities(case)
     if chosen.error is None:
-        name = chosen.observable or quantities[0].observable
-        matching = (quantity for quantity in quantities if quantity.observable == name)
-        quantity = next(matching, Quantity(name, 1.0))
-        quantities = (replace(quantity, scale=1.0),)
+        quantities = quantities_in_units(quantities, chosen.observable)
     exact = case.reference.observe(np.linspace(0.0, scene.duration, SAMPLES))
     smallest_error = 0.0
     for quantity in quantities:
         samples = exact[quantity.observable]
         if quantity.when == "end":
             samples = samples[-1:]
-        rounding = ROUNDING * float(np.abs(samples).max()) / quantity.scale
+        rounding = ROUNDOFF * float(np.abs(samples).max()) / quantity.scale
         smallest_error = max(smallest_error, rounding)
     option = "error" if chosen.error else "absolute"
     wanted_error = getattr(chosen, option)

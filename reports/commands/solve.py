@@ -80,7 +80,7 @@ def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
 
 
 def _unit(name: str, known: Sequence[Observable]) -> str:
-    """Returns the unit of an observable: the declared unit; for `x_dot` or `x_rate` the unit of `x`
+    """Returns the unit of an observable: the declared unit; for "x_dot" or "x_rate" the unit of "x"
     per second; rad if the name contains "angle"; else an empty text."""
     for observable in known:
         if observable.name == name:

@@ -81,7 +81,7 @@ def _measure_and_report(
             progress() as show,
         ):
             try:
-                run_study(
+                study = run_study(
                     scenes,
                     methods,
                     chosen.profile,
@@ -103,7 +103,7 @@ def _measure_and_report(
             note(f"given up: {task}; the same command tries it again")
         number = checkpoint.number
         try:
-            code = _print_and_write(chosen, out, number, junit, judged[0])
+            code = _print_and_write(chosen, out, study, junit, judged[0])
             return code or (INCOMPLETE if checkpoint.given_up else 0)
         except BaseException as error:
             report = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
@@ -114,18 +114,16 @@ def _measure_and_report(
 def _print_and_write(
     chosen: argparse.Namespace,
     out: Path,
-    number: int,
+    study: Study,
     junit: Path | None,
     judged: Judgements,
 ) -> int:
-    """Writes the pages of the stored study with this `number` and the JUnit file if there is one,
-    and prints the verdicts. Returns the exit code."""
+    """Writes the pages of the study and the JUnit file if there is one, and prints the verdicts.
+    Returns the exit code."""
     from plumbob.reports.view.site.writing import write_study_pages
     from plumbob.reports.view.terminal import study_values
     from plumbob.reports.view.user_settings import cost_factor
 
-    study = store.load(out / store.FILE, number)
-    assert study
     user_rows = user_results(study, judged)
     page = write_study_pages(study, out)
     results = results_of(study, records_of(study))

@@ -34,8 +34,7 @@ NEVER_LIMITS = (LEAVES_OUT, STARTS_OFF, TOO_WIDE)
 INACCURATE = "inaccurate, misses the accuracy asked for"
 # Calibrated: largest ratio of the error at a drawn step, or tolerance, to the largest error at
 # listed ones, if no theory predicts the error. The largest ratios of 1752 draws of the quick
-# profile with the seeds 1 to 4 were 2.2 and 6.6
-# (`python -m plumbob.tests.validation.drawn_steps 1 4`); seed 5 has a ratio of 2.6.
+# profile with the seeds 1 to 4 were 2.2 and 6.6; seed 5 has a ratio of 2.6.
 DRAWN_RATIO = MappingProxyType({"step": 4.0, "tolerance": 20.0})
 VerdictStanding = Literal[
     "as expected", "known limit", "pre-asymptotic", "not run", "unexpected"

@@ -158,11 +158,7 @@ def _run_verdict(
         return verdict
     if tolerances:
         return Judgement("predicted", tolerances, "")
-    if any(error.predicted or error.controlled for error in run.errors.values()):
-        reason = f"the step is too large for the {ERROR_THEORY}"
-    else:
-        reason = f"there is no {ERROR_THEORY}"
-    return Judgement("pre-asymptotic", {}, run.note or reason)
+    return Judgement("pre-asymptotic", {}, run.note or _beyond_theory(run.errors.values()))
 
 
 def _beyond_linear_range(run: Measurement, leading: str) -> Judgement | None:
@@ -267,8 +263,13 @@ def _unjudged_reason(run: Measurement, name: str) -> str:
     """The reason why an observable has no tolerance in a run."""
     if name not in run.errors:
         return "the run does not give it"
-    error = run.errors[name]
-    if error.predicted or error.controlled:
+    return _beyond_theory([run.errors[name]])
+
+
+def _beyond_theory(errors: Iterable[ObservedError]) -> str:
+    """The reason why none of these errors has a tolerance: theory does not reach the step, or there
+    is no theory of any of them."""
+    if any(error.predicted or error.controlled for error in errors):
         return f"the step is too large for the {ERROR_THEORY}"
     return f"there is no {ERROR_THEORY}"
 

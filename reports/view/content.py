@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.exact_numbers import ExactNumbers
 from plumbob.reports.records.notation import number
 
 PlotlyTrace = Mapping[str, Any]  # a curve, bars or a map in plotly's format
@@ -78,6 +79,7 @@ class Finding:
     statements: tuple[Statement, ...] = ()  # statements of sources that the finding judges
     key: int = 0  # place among the key findings on the index, from 1; 0: no key finding
     claims: tuple[Claim, ...] = ()  # checks that the stored numbers support the text
+    exact: ExactNumbers | None = None  # shipped numbers that the text shows, if it shows any
 
 
 def value(amount: float | None, digits: int = 3) -> Cell:

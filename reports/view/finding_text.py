@@ -35,6 +35,7 @@ from typing import Any, cast
 
 from plumbob.engines.study.results import Analysed
 from plumbob.reports.records.claim import Claim
+from plumbob.reports.records.exact_numbers import exact_numbers_of
 from plumbob.reports.view.content import (
     Figure,
     Finding,
@@ -55,12 +56,19 @@ class TextError(ValueError):
 
 def findings_of(analysis: Analysed) -> tuple[Finding, ...]:
     """Returns the finding, the galleries, or the figures and tables of a hard scene, that the
-    template of an analysis writes from its stored numbers.
+    template of an analysis writes from its stored numbers and from the shipped numbers of the
+    template. A study of an older version also holds numbers that are shipped now; the shipped ones
+    are shown.
 
     Raises jinja2.UndefinedError if the template needs a number that is not stored, and TextError if
     its text cannot be read."""
     claims = tuple(Claim(text, holds) for text, holds in analysis.claims)
-    return read_findings(analysis.template, analysis.numbers, claims)
+    shipped = exact_numbers_of(analysis.template)
+    if shipped is None:
+        return read_findings(analysis.template, analysis.numbers, claims)
+    numbers = {**analysis.numbers, **shipped.numbers}
+    findings = read_findings(analysis.template, numbers, claims)
+    return tuple(replace(finding, exact=shipped) for finding in findings)
 
 
 def read_findings(

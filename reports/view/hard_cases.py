@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import MethodResult
 from plumbob.reports.view.tables import table_or_none
 
-DOUBLE_ROUNDING = 2.0**-53  # relative rounding error of a double
-
 
 def digits_lost(relative: float) -> float:
     """Returns the number of decimal digits of a double that a relative error makes meaningless; at
     most all of its digits (16)."""
-    return math.log10(max(min(relative, 1.0) / DOUBLE_ROUNDING, 1.0))
+    rounding = sys.float_info.epsilon / 2.0  # largest relative error of one rounding
+    return math.log10(max(min(relative, 1.0) / rounding, 1.0))
 
 
 def lost_by_motion(results: Sequence[MethodResult]) -> float | None:

@@ -82,7 +82,7 @@ class Plots:
 
     def beside(self, name: str, text: str) -> str:
         """Returns the compressed text or, for a page of a site, stores it as the script
-        `INDEX_PAGE.js` and returns the address of that script."""
+        `NAME.js` and returns the address of that script."""
         if self.folder is None:
             return compress(text)
         self.files[f"{name}.js"] = carrier_script(text)

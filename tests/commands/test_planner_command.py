@@ -12,8 +12,11 @@ def test_the_command_prints_manoeuvres_time_and_errors(capsys):
     words = ["plan", "--to", "0.05", "-1e-2", "0", "--track", "curve", "--set", "stroke=0.1"]
     assert main(words) == 0
     out = capsys.readouterr().out
-    assert " line " in out
-    assert out.count("\n") >= 5
+    assert out.startswith("Plan to x = 0.05 m, y = -0.01 m, heading 0 rad: ")
+    curve = "on one curve: the line C-A1, the shorter arc, the line C-A2."
+    assert f"The slider moves {curve}\n" in out
+    assert "  line  w1 " in out
+    assert "\nThe exact motion ends " in out
     assert main([*words, "--json", "--set", "start=[0.04, 0, 0.3]"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["turns"] > 0  # from heading 0.3 to 0
@@ -37,4 +40,5 @@ def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(monkeypatch, capsys
         "1e-3",
     ]
     assert main(words) == 3
-    assert "missing" in capsys.readouterr().out
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1].startswith("mujoco/rk4+coulomb with a step of 0.001 s: missing")

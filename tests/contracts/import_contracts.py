@@ -124,13 +124,7 @@ def commands_that_import_commands(root):
 def theory_upside_down(root):
     """Imports in `analytic` of a part that builds on the importing one: numerics <- systems <-
     errors."""
-    wrong = []
-    for path, found in _imports(root):
-        if path.parts[0] == "analytic" and path.parts[1] in THEORY:
-            later = THEORY[THEORY.index(path.parts[1]) + 1 :]
-            part = found.name.removeprefix(f"{PACKAGE}.analytic.").split(".")[0]
-            wrong += [f"{path}:{found.line}: imports {found.name}"] * (part in later)
-    return wrong
+    return _upside_down(root, "analytic", THEORY)
 
 
 def adapter_internals(root):
@@ -194,12 +188,18 @@ REPORTS = ("judge", "advice", "records", "analyses", "view", "commands")
 def reports_upside_down(root):
     """Imports in `reports` of a part that builds on the importing one: judge <- advice <- records
     <- analyses <- view <- commands."""
+    return _upside_down(root, "reports", REPORTS)
+
+
+def _upside_down(root, layer, parts):
+    """Imports in a layer's folder of a part by another part that stands before it in `parts`."""
     wrong = []
     for path, found in _imports(root):
-        if path.parts[0] == "reports" and path.parts[1] in REPORTS:
-            later = REPORTS[REPORTS.index(path.parts[1]) + 1 :]
-            part = found.name.removeprefix(f"{PACKAGE}.reports.").split(".")[0]
-            wrong += [f"{path}:{found.line}: imports {found.name}"] * (part in later)
+        if path.parts[0] == layer and path.parts[1] in parts:
+            later = parts[parts.index(path.parts[1]) + 1 :]
+            part = found.name.removeprefix(f"{PACKAGE}.{layer}.").split(".")[0]
+            if part in later:
+                wrong.append(f"{path}:{found.line}: imports {found.name}")
     return wrong
 
 

@@ -1,13 +1,12 @@
 """Contracts on how code reads: docstrings and comments are no fragments, a statement holds one
-idea, and a public name stands for one thing."""
+idea, a public name stands for one thing, and a name in a text exists."""
 
 import ast
 import io
 import re
 import tokenize
-from pathlib import Path
 
-from plumbob.tests.contracts.tree import LAYERS, python
+from plumbob.tests.contracts.tree import LAYERS, files, python
 
 FIRST_WORDS = re.compile(r"(Of|That|Those|The same|Where|What|Why)\b")
 FRAGMENTS = re.compile(r"#\s*(of|that|which|whose)\b")
@@ -30,7 +29,7 @@ LOOKED_UP = {
     *("Case", "KnownLimit", "Method"),
     *("PI", "double", "quad"),  # numbers of quadruple precision, by either of two packages
 }
-TWICE = Path(__file__).with_name("names_twice.txt")
+TWICE = "tests/contracts/names_twice.txt"
 
 
 def _in_layers(root):
@@ -115,12 +114,81 @@ def second_names(root):
     """Public names that several modules define and that the list of such names lacks; and names of
     the list that one module alone defines."""
     here = names_twice(root)
-    listed = set(TWICE.read_text("utf-8").split())
+    listed = set((root / TWICE).read_text("utf-8").split())
     new = [
         f"{name} is defined in {', '.join(here[name])}" for name in sorted(set(here) - listed)
     ]
-    if (root / TWICE.relative_to(TWICE.parents[2])).exists():
-        new += [
-            f"{name} is defined once: take it off {TWICE.name}" for name in listed - set(here)
-        ]
-    return new
+    gone = sorted(listed - set(here))
+    return [*new, *(f"{name} is defined once: take it off {TWICE}" for name in gone)]
+
+
+# names that a text takes from code: any between backquotes, and constants of several words
+QUOTED_NAME = re.compile(r"`([A-Za-z_]\w*)`|\b([A-Z]{2,}(?:_[A-Z0-9]+)+)\b")
+NAME = re.compile(r"[A-Za-z_]\w*")
+DATA = (".toml", ".xml", ".js", ".jinja", ".css")  # suffixes of files that hold names too
+
+
+def unknown_names(root):
+    """Names in docstrings and comments of the layers, and in the theory of errors, that neither
+    code nor data of the tree has."""
+    known = _names_of_code(root) | _names_of_data(root)
+    wrong = []
+    for path, module in _in_layers(root):
+        for line, text in (*_docstrings(module), *_comments((root / path).read_text("utf-8"))):
+            wrong += [f"{path}:{line}: names {name}" for name in _quoted(text) - known]
+    for path in files(root):
+        if path.name == "THEORY.md":
+            text = (root / path).read_text("utf-8")
+            wrong += [f"{path}: names {name}" for name in _quoted(text) - known]
+    return sorted(wrong)
+
+
+def _quoted(text):
+    """The names that a text takes from code."""
+    return {one or other for one, other in QUOTED_NAME.findall(text)}
+
+
+def _docstrings(module):
+    """Each docstring of a module, and each text that stands alone as a statement, with its line."""
+    for node in ast.walk(module):
+        value = node.value if isinstance(node, ast.Expr) else None
+        if isinstance(value, ast.Constant) and isinstance(value.value, str):
+            yield node.lineno, value.value
+
+
+def _comments(text):
+    """Each comment of a Python file with its line."""
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], token.string
+
+
+def _names_of_code(root):
+    """The names that the code of the tree uses, and all that could be names in its strings but
+    docstrings."""
+    names = set()
+    for _, module in python(root):
+        alone = {
+            id(node.value)
+            for node in ast.walk(module)
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        }
+        for node in ast.walk(module):
+            for field in ("id", "attr", "arg", "name", "asname", "module"):
+                name = getattr(node, field, None)
+                if isinstance(name, str):
+                    names.update(name.split("."))
+            is_text = isinstance(node, ast.Constant) and isinstance(node.value, str)
+            if is_text and id(node) not in alone:
+                names.update(NAME.findall(node.value))
+    return names
+
+
+def _names_of_data(root):
+    """All that could be names in templates and files of data, and names of files and folders."""
+    names = set()
+    for path in files(root):
+        names |= {path.stem, *path.parts}
+        if path.suffix in DATA or path.parts[:2] == ("reports", "templates"):
+            names.update(NAME.findall((root / path).read_text("utf-8")))
+    return names

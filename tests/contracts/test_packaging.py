@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 PLANTED = {  # kinds of file that a layer may come to hold
     "engines": ("*.md",),
     "models": ("*.xml", "*.md", "*.png"),
-    "reports": ("*.md", "*.html", "*.css", "*.svg", "*.jinja", "*.js"),
+    "reports": ("*.md", "*.html", "*.css", "*.svg", "*.jinja", "*.js", "*.json"),
 }
 
 

@@ -15,7 +15,7 @@ AT = {"friction": 0.3, "body_mass": 1.0, "slider_mass": 0.3, **SET}
 
 @pytest.fixture(name="bench", scope="module")
 def _bench():
-    return experiment.numbers(nothing())
+    return experiment.numbers()
 
 
 def displacement(friction, body_mass, slider_mass, w1, w2, t1):

@@ -24,7 +24,7 @@ from plumbob.reports.analyses.simple_pendulum import (
 )
 from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import read_findings
-from plumbob.tests.support.declared import declared, finding, measured, nothing
+from plumbob.tests.support.declared import finding, measured, nothing
 
 ROOT = Path(__file__).parents[2]
 SCENES = ("free-small", "free-large", "near-top-1e-6")
@@ -50,8 +50,9 @@ def test_errors_of_the_notebook_are_those_that_physics_says():
     cases = notebook.notebook_errors(study()).cases
     assert [float(f"{case.error:.3g}") for case in cases] == wanted
     assert [float(f"{case.predicted:.3g}") for case in cases] == wanted
+    differences = notebook.linear_errors().differences
     for case in cases:  # as the summary states for the linear equation
-        assert case.difference > max(case.error, case.of_linear)
+        assert differences[case.label] > max(case.error, case.of_linear)
 
 
 def _by_rk4(name, linear):
@@ -153,8 +154,8 @@ def test_a_held_control_costs_orders():
 
 @pytest.mark.long
 def test_the_notebooks_statements():
-    numbers = claims.numbers(nothing())
-    (found,) = read_findings(claims.NOTEBOOK_CLAIMS.template, plain(numbers, FOR_TEMPLATES))
+    numbers = claims.numbers()
+    found = finding(claims.NOTEBOOK_CLAIMS, nothing())
     assert len(found.tables[0].rows) == 15
     ours = {line[0].text: line[2].text for line in found.tables[0].rows}
     assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]
@@ -194,7 +195,7 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model():
 
 @pytest.mark.long
 def test_the_bob_in_the_plane():
-    found = bob.numbers(declared(nothing(), bob.BOB.requests))
+    found = bob.numbers()
     distances = {case.label: case for case in found.distances}
     assert distances["1"].parted is distances["5"].parted is None
     assert distances["2"].largest == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter

@@ -43,7 +43,7 @@ def test_the_command_says_where_errors_arise(capsys):
     assert main([*words, "--step", "1e-3"]) == 0
     out = capsys.readouterr().out
     assert " moving " in out  # at the end of a turn, before the residual motion
-    assert "of it from turns" in out
+    assert "Part of the error that arises in turns: " in out
     assert main([*words, "--step", "1e-3", "--json"]) == 0
     run = json.loads(capsys.readouterr().out)["method"]
     assert run["status"] == "done"
@@ -55,4 +55,4 @@ def test_the_command_says_where_errors_arise(capsys):
 def test_a_method_that_cannot_run_a_plan_says_why(capsys):
     words = ["plan", "--to", *(str(value) for value in TO), "--step", "1e-3"]
     assert main([*words, "--method", "pymunk/side"]) == 0
-    assert "pymunk/side at 0.001 s: unsupported" in capsys.readouterr().out
+    assert "pymunk/side with a step of 0.001 s: unsupported: " in capsys.readouterr().out

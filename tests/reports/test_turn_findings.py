@@ -15,7 +15,7 @@ from plumbob.tests.support.declared import finding, nothing
 
 
 def test_second_order_of_the_formula():
-    found = exact_motion.second_order(nothing())
+    found = exact_motion.second_order()
     assert (found.stop, found.rest) == pytest.approx((1.1202033, 1.9032533), abs=1e-7)
     assert [found.measured["stop"], found.measured["rest"]] == pytest.approx(
         [found.stop, found.rest], rel=1e-4
@@ -30,7 +30,7 @@ def test_second_order_of_the_formula():
 
 
 def test_what_a_turn_leaves_at_its_stop():
-    found = left_over.numbers(nothing())
+    found = left_over.numbers()
     assert found.shown.rate == pytest.approx(0.655, abs=5e-4)
     assert found.shown.speed == pytest.approx(3.66e-3, abs=5e-6)
     off = {row.epsilon: row.difference for row in found.rows}
@@ -39,7 +39,7 @@ def test_what_a_turn_leaves_at_its_stop():
 
 
 def test_the_course_of_a_turn():
-    found = course.numbers(nothing())
+    found = course.numbers()
     over = {row.epsilon: row.coefficient for row in found.departures}
     # the next order is the largest at 2 tau, 1.12 epsilon^2 of it
     assert over[0.03] == pytest.approx(1.1202, rel=2e-3)
@@ -63,7 +63,7 @@ def test_the_leading_path_is_the_motion_without_friction():
 
 
 def test_what_else_the_source_says_of_turns():
-    numbers = source_text.numbers(nothing())
+    numbers = source_text.numbers()
     verdicts = {s.verdict for s in finding(source_text.TURN_SOURCE_TEXT, nothing()).statements}
     assert verdicts == {"holds", "extended"}
     one = check_turn(0.3)

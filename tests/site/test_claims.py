@@ -130,8 +130,7 @@ def before():
 
 @pytest.fixture(scope="module")
 def after(spoiled):
-    with whole_profile.one_plan():
-        return _findings(spoiled)
+    return _findings(spoiled)
 
 
 @pytest.mark.long

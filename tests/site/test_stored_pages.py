@@ -12,6 +12,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.codec import unstructured
 from plumbob.reports.cli import main
+from plumbob.reports.records.exact_numbers import exact_numbers_of
 from plumbob.reports.records.page_records import PAGES_OF_STUDY, SCENE, records_of
 from plumbob.reports.view.site.writing import write_study_pages
 from plumbob.tests.commands.outcomes import without_findings
@@ -73,6 +74,17 @@ def test_report_draws_what_validate_drew(tmp_path, monkeypatch, capsys):
     assert files(report(tmp_path)) == drawn
 
 
+def test_validate_draws_the_study_that_it_has_and_reads_no_store(tmp_path, monkeypatch):
+    def read(*arguments):
+        raise AssertionError("a stored result was read")
+
+    without_findings(monkeypatch)
+    monkeypatch.setattr(store, "from_json", read)
+    chosen = ["--scenes", NAME, "--methods", "ode/rk4", "--jobs", "1", "--out", str(tmp_path)]
+    assert main(["validate", *chosen]) == 0
+    assert (tmp_path / "index.html").is_file()
+
+
 def test_a_page_says_what_is_stored(tmp_path):
     """Whatever the code would work out now."""
     kept = "what another version wrote"
@@ -89,6 +101,16 @@ def test_a_page_says_what_is_stored(tmp_path):
     )
     pages = files(write_study_pages(replace(quick(), analyses=tuple(analyses)), tmp_path))
     assert kept in pages[f"{NAME.replace('/', '-')}.html"].decode()
+
+
+def test_a_page_says_when_its_shipped_numbers_were_computed(tmp_path):
+    page = files(write_study_pages(quick(), tmp_path))["cone-pendulum.html"].decode()
+    shipped = [exact_numbers_of(a.template) for a in quick().analyses if a.place == "finding"]
+    shipped = [exact for exact in shipped if exact]
+    assert shipped
+    versions = ", ".join(f"{name} {version}" for name, version in shipped[0].versions.items())
+    said = f"no measurement were computed on {shipped[0].date} with {versions}."
+    assert page.count(said) == len(shipped)
 
 
 @pytest.mark.parametrize("place", [SCENE, PAGES_OF_STUDY])

@@ -1,15 +1,10 @@
 """What the pages show of the whole quick profile, invented and not run, and of a small study that
 was measured: made once a run, with engines that refuse to run, for all that look."""
 
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 
-import pytest
-
 from plumbob.reports.analyses import analyses_of, requests
-from plumbob.reports.analyses.capsule_plan import legs
-from plumbob.reports.analyses.capsule_plan.plans import capsule_plan_of
 from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import site_content
 from plumbob.tests.sharing.shared import shared
@@ -25,18 +20,8 @@ def study():
 
 
 def _invented():
-    with no_engine(), one_plan():
+    with no_engine():
         return invented_study(requests)
-
-
-@contextmanager
-def one_plan():
-    """Findings on plans take one for all: to look for the others takes longer than all the rest."""
-    shown = legs.SCENES[1]
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(legs, "SCENES", (shown, shown, shown))
-        patched.setattr(legs, "plans", lambda: (capsule_plan_of(shown), capsule_plan_of(shown)))
-        yield
 
 
 @cache
@@ -64,7 +49,7 @@ def _whole():
 def _shown(study):
     """What the pages of a study show, and the findings before it is seen whether they hold."""
     asked = replace(study, extras=Asked(study.extras))
-    with no_engine(), one_plan():
+    with no_engine():
         analysed = analyses_of(asked)
     kept = [finding for a in analysed if a.place == "finding" for finding in findings_of(a)]
     return _pages(replace(asked, analyses=analysed)), tuple(kept)

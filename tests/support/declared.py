@@ -33,6 +33,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses.analysis import with_exact_numbers
 from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import read_findings
 
@@ -71,9 +72,10 @@ def findings_of(own, study):
 
 def formed(analysis, study):
     """The finding that an analysis and its template form of a study."""
-    numbers = analysis.numbers(study)
-    if numbers is None:
+    measured_numbers = analysis.numbers(study)
+    if measured_numbers is None:
         return None
+    numbers = with_exact_numbers(analysis, measured_numbers)
     (finding,) = read_findings(
         analysis.template, plain(numbers, FOR_TEMPLATES), tuple(analysis.claims(numbers))
     )

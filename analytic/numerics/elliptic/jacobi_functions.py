@@ -1,8 +1,8 @@
 """Jacobi's functions sn, cn, dn of A tau with the modulus m = 1 - B^2/A^2, and their inverse.
 
-0 <= B <= A. Each function has full relative accuracy, for B down to 0. scipy's `ellipj` takes m
-alone and loses digits of the period if 1 - m < 1e-10; A and B keep these digits. The angle chi =
-am(A tau) solves dchi/dtau = sqrt(A^2 cos^2 chi + B^2 sin^2 chi).
+0 <= B <= A. Each function has full relative accuracy, for B down to 0. `scipy.special.ellipj`
+takes m alone and loses digits of the period if 1 - m < 1e-10; A and B keep these digits. The angle
+chi = am(A tau) solves dchi/dtau = sqrt(A^2 cos^2 chi + B^2 sin^2 chi).
 """
 
 from __future__ import annotations

@@ -98,8 +98,8 @@ def integrate_pivot(pivot: Pivot, state: SegmentState) -> Pivoted:
     """Integrates the turn about a support from `state` until the turning stops, the support slips,
     or the piece ends. Returns the segments, the last state and the reason.
 
-    Raises RuntimeError if no element is short enough to be accurate, or if MAX_ELEMENTS elements do
-    not reach the end.
+    Raises RuntimeError if no element is short enough to be accurate, or if MAX_PIVOT_ELEMENTS
+    elements do not reach the end.
     """
     segments: list[SmoothSegment] = []
     interval = pivot.interval

@@ -22,8 +22,8 @@ UNBOUNDED = (int(KIND.mjGEOM_PLANE), int(KIND.mjGEOM_HFIELD))  # MuJoCo tests no
 
 
 def colliding_pairs(model: Any) -> tuple[Array, Array]:
-    """The pairs of geoms that `mj_collision` tests and whose distance can be measured, shape (n,
-    2), and their margins [m], shape (n,): two geoms touch if their distance is less than the
+    """The pairs of geoms that MuJoCo tests for contacts and whose distance can be measured, shape
+    (n, 2), and their margins [m], shape (n,): two geoms touch if their distance is less than the
     margin."""
     pairs, margins = _pairs(model)
     measured = ~np.isin(model.geom_type[pairs], list(UNMEASURED)).any(axis=1)
@@ -40,7 +40,7 @@ def unmeasured(model: Any) -> tuple[str, ...]:
 
 
 def _pairs(model: Any) -> tuple[Array, Array]:
-    """All pairs of geoms that `mj_collision` tests, shape (n, 2), and their margins [m], shape
+    """All pairs of geoms that MuJoCo tests for contacts, shape (n, 2), and their margins [m], shape
     (n,). A margin is the sum of the two geoms' margins. A pair that the file lists has its own
     margin, and MuJoCo's filters do not apply to it."""
     listed = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)

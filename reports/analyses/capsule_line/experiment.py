@@ -10,7 +10,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.engines.study.results import Study
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.models.scene import Case
@@ -77,7 +76,7 @@ def predicted_displacement(case: Case) -> Record:
     )
 
 
-def numbers(study: Study) -> Record:
+def numbers() -> Record:
     """Returns the bench's parameters, its manoeuvre, other manoeuvres with the same stroke, ten
     repeated manoeuvres, and a plan to a pose."""
     usual = predicted_displacement(bench_manoeuvre(**SET))
@@ -126,4 +125,4 @@ def plan_to_pose() -> Record:
     )
 
 
-EXPERIMENT = Analysis("capsule_line/experiment", numbers)
+EXPERIMENT = Analysis("capsule_line/experiment", exact=numbers)

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from plumbob.engines.study.results import Study
+from plumbob.models.registry import matching_scenes
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import (
+    SYSTEM,
     capsule_plan_of,
     plan_numbers,
-    planned_scenes,
 )
 
 
-def numbers(study: Study) -> Record | None:
-    """Returns the numbers of each plan in the study, by scene; None if there is no plan."""
-    plans = {name: plan_numbers(capsule_plan_of(name)) for name in planned_scenes(study)}
-    if not plans:
-        return None
+def numbers() -> Record:
+    """Returns the numbers of the plan of each scene with a plan, by scene, and the largest pose
+    error."""
+    names = [scene.name for scene in matching_scenes(SYSTEM)]
+    plans = {name: plan_numbers(capsule_plan_of(name)) for name in names}
     # [m] or [rad] largest pose error of an exact motion
     worst = max(max(plan.distance, plan.angle) for plan in plans.values())
-    return Record(plans=plans, profile=study.profile, worst=worst)
+    return Record(plans=plans, worst=worst)
 
 
-GOAL_POSES_FINDING = Analysis("capsule_plan/poses", numbers)
+GOAL_POSES_FINDING = Analysis("capsule_plan/poses", exact=numbers)

@@ -6,7 +6,6 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
-from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.turns import check_turn, scene_name
 from plumbob.reports.analyses.measurements import problem
@@ -59,7 +58,7 @@ def departure(epsilon: float) -> Record:
     )
 
 
-def numbers(study: Study) -> Record:
+def numbers() -> Record:
     """Returns the departures from the formula for each epsilon, and the angles and paths of the
     turn in the figures."""
     manoeuvre = check_turn(DRAWN_EPSILON)
@@ -78,4 +77,4 @@ def numbers(study: Study) -> Record:
     )
 
 
-TURN_COURSE = Analysis("capsule_turn/course", numbers)
+TURN_COURSE = Analysis("capsule_turn/course", exact=numbers)

@@ -12,7 +12,6 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
@@ -55,7 +54,7 @@ def _errors(at_stop: str, at_rest: str) -> Record:
     return Record(**errors, slopes=slopes)
 
 
-def second_order(study: Study) -> Record:
+def second_order() -> Record:
     """Returns the check values of the body angle, the errors of the formulas, and the coefficients
     of epsilon^2 from theory and from the exact motion."""
     manoeuvre = check_turn(0.1)
@@ -107,7 +106,7 @@ def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:
     return np.asarray(np.abs(velocity + 1j * pose.angular_velocity * supports[:, None]))
 
 
-def momentary_stop(study: Study) -> Record:
+def momentary_stop() -> Record:
     """Returns the slip speeds of a support shortly before and after it stops momentarily."""
     single = slender_turn()
     tau = SLENDER["half_time"]
@@ -134,5 +133,5 @@ def momentary_stop(study: Study) -> Record:
     )
 
 
-SECOND_ORDER = Analysis("capsule_turn/second_order", second_order)
-TOUCH = Analysis("capsule_turn/touch", momentary_stop)
+SECOND_ORDER = Analysis("capsule_turn/second_order", exact=second_order)
+TOUCH = Analysis("capsule_turn/touch", exact=momentary_stop)

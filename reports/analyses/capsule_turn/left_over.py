@@ -3,7 +3,6 @@ zero."""
 
 from __future__ import annotations
 
-from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
@@ -11,7 +10,7 @@ from plumbob.reports.analyses.capsule_turn.turns import check_turn, facts
 SUMMARY_EPSILON = 0.1  # epsilon in the summary of the finding
 
 
-def numbers(study: Study) -> Record:
+def numbers() -> Record:
     """Returns omega and |v| at 2 tau for each epsilon, from the exact motion and by the formula."""
     coefficient = float(check_turn(SUMMARY_EPSILON).correction.rate_coefficients[2])
     return Record(
@@ -37,4 +36,4 @@ def _residual_velocities(epsilon: float) -> Record:
     )
 
 
-LEFT_OVER = Analysis("capsule_turn/left_over", numbers)
+LEFT_OVER = Analysis("capsule_turn/left_over", exact=numbers)

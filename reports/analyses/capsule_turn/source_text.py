@@ -12,7 +12,6 @@ from plumbob.analytic.systems.three_points.forces import loading
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.rest import holding_limit
-from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import TURN_EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.course import exact_course
@@ -72,7 +71,7 @@ def shortened_turn() -> tuple[float, float]:
     return facts(SMALL_EPSILON)["body_angle"], float(end.heading[0])
 
 
-def numbers(study: Study) -> Record:
+def numbers() -> Record:
     """Returns the numbers of the exact motion for each statement. A number that states no epsilon
     belongs to the turn with epsilon VISIBLE_EPSILON."""
     manoeuvre = check_turn(VISIBLE_EPSILON)
@@ -148,4 +147,4 @@ def holding_limits(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
     }
 
 
-TURN_SOURCE_TEXT = Analysis("capsule_turn/source", numbers)
+TURN_SOURCE_TEXT = Analysis("capsule_turn/source", exact=numbers)

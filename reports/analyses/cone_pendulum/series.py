@@ -5,7 +5,6 @@ from __future__ import annotations
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.pendulums.harmonics import harmonics_needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW_WELL
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
@@ -38,7 +37,7 @@ def barrier_height() -> float:
     return float(double(problem.motion.barriers[0])) - lowest
 
 
-def numbers(study: Study) -> Record:
+def numbers() -> Record:
     """Returns periods by a closed form that, according to the source, does not exist, and the
     numbers of harmonics of the series that the source recommends."""
     motions = {scene: closed_forms(scene).correct for scene in (RESTING, ROTATING)}
@@ -56,4 +55,4 @@ def numbers(study: Study) -> Record:
     )
 
 
-SPECIAL_FUNCTIONS = Analysis("cone_pendulum/special_functions", numbers)
+SPECIAL_FUNCTIONS = Analysis("cone_pendulum/special_functions", exact=numbers)

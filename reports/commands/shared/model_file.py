@@ -47,15 +47,13 @@ def is_model_file(
 def model_and_script(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
     """Returns the model in the chosen file and its motion: the start, the controls and the
     duration. Raises ParameterError."""
-    from plumbob.engines.audit.controls import KINDS
     from plumbob.engines.own_motion import Start
     from plumbob.reports.audit_from_python import user_motion
 
-    control = chosen.ctrl if chosen.ctrl in KINDS else read_controls(Path(chosen.ctrl))
     return user_motion(
         Path(chosen.scene),
         Start(chosen.keyframe, chosen.qpos, chosen.qvel),
-        control,
+        chosen_control(chosen.ctrl),
         duration=chosen.duration,
         period=chosen.ctrl_period,
         budget=chosen.budget,
@@ -67,12 +65,11 @@ def motion_record(
 ) -> dict[str, Any]:
     """Returns the motion of a model file as plain data, with its uncertainty [m] at the end of
     control period number `index`."""
-    from plumbob.engines.audit.controls import KINDS
     from plumbob.engines.audit.reference import MEASURE
 
     return {
         "model": chosen.scene,
-        "control": chosen.ctrl if chosen.ctrl in KINDS else Path(chosen.ctrl).name,
+        "control": control_name(chosen.ctrl),
         "control_period": script.period,
         "duration": script.duration,
         "certified_until": float(script.times[index]),
@@ -80,6 +77,21 @@ def motion_record(
         "why": reference.why,
         "error_measure": MEASURE,
     }
+
+
+def chosen_control(ctrl: str) -> Array | str:
+    """Returns the control that --ctrl chooses: the name of a kind of control, or the controls in a
+    file. Raises ParameterError."""
+    from plumbob.engines.audit.controls import KINDS
+
+    return ctrl if ctrl in KINDS else read_controls(Path(ctrl))
+
+
+def control_name(ctrl: str) -> str:
+    """Returns the name of the control that --ctrl chooses: a kind, or a file without its folder."""
+    from plumbob.engines.audit.controls import KINDS
+
+    return ctrl if ctrl in KINDS else Path(ctrl).name
 
 
 def read_controls(file: Path) -> Array:
