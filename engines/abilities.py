@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # records of users' models, which most commands do not need
     from plumbob.analytic.reference import Array, Signals
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
-    from plumbob.engines.own_motion import Change, OwnModel, Start
+    from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
     from plumbob.models.gradient import Number
@@ -147,6 +147,8 @@ class UserModels:
     model's) -> the body on its plane."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]]
     """Model file, changes that leave parts out, file to write -> the changes that were written."""
+    write_fixed: Callable[[Path, FileFix, Path], FixPlace]
+    """Model file, advised changes, file to write -> the place of the options in the new file."""
     quiet: Callable[[], AbstractContextManager[Any]]
     """Returns a context in which the engine prints nothing and leaves no file."""
 

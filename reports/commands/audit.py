@@ -10,7 +10,7 @@ import pkgutil
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -27,6 +27,12 @@ from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
+from plumbob.reports.advice.fixed_file import (
+    NothingToFix,
+    check_fixable,
+    check_new_file,
+    write_fixed_file,
+)
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
@@ -38,12 +44,14 @@ from plumbob.reports.commands.shared.several_audits import (
     refused_row,
 )
 from plumbob.reports.view.audit.page import answer_lines, audit_answer, page
-from plumbob.reports.view.audit.records import record
+from plumbob.reports.view.audit.records import fixed_record, record
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.page import write_file
+from plumbob.reports.view.tables import terminal_lines
 
 MISSING = 3
+WRITE_FIXED = "write fixed"
 LARGEST_AUDITS = 100_000_000  # [bytes] largest file that --against reads
 MISSED = 1  # exit code: a required accuracy, stability or reference is missed
 UNTRIMMABLE = (".urdf", ".mjb")  # formats of models that --write-trimmed does not take
@@ -61,6 +69,7 @@ MOTION_OPTIONS = (
     "budget",
     "jobs",
     "write_trimmed",
+    "write_fixed",
     "stable",
     "require_reference",
     "gradient",
@@ -69,6 +78,15 @@ MOTION_OPTIONS = (
 )
 CONTACT_OPTIONS = ("body", "speed", "friction")
 FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
+
+
+@dataclass(frozen=True)
+class PrintedFix:
+    """The lines and the record that are printed of a fixed file, and its missed requirements."""
+
+    lines: tuple[str, ...]
+    record: Mapping[str, Any] | None  # None if the file is not written
+    missed: list[str]
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -120,11 +138,15 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
     """Returns the file name of each audit's page by model. Nothing is audited before this check:
     raises ParameterError if a file that the user asks for cannot be written, or if the single model
     is no regular file."""
-    if chosen.write_trimmed and (
-        not chosen.alone or chosen.gym or models[0].suffix in UNTRIMMABLE
-    ):
+    single_file = chosen.alone and not chosen.gym
+    if chosen.write_trimmed and not (single_file and models[0].suffix not in UNTRIMMABLE):
         expected = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", chosen.write_trimmed, expected)
+    if chosen.write_fixed:
+        if not single_file:
+            expected = "left out, but with a single MJCF or URDF file"
+            raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
+        check_fixable(models[0], Path(chosen.write_fixed))
     ending = "-contacts.html" if chosen.contacts else ".html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     written_pages = list(pages.values())
@@ -218,7 +240,12 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
     chosen.budget = chosen.budget or AUDIT_SECONDS
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
-        check_new_file(Path(chosen.write_trimmed))
+        check_new_file("write trimmed", Path(chosen.write_trimmed), ".xml")
+        if chosen.write_fixed is not None and _same_path(
+            chosen.write_trimmed, chosen.write_fixed
+        ):
+            expected = "another file than --write-trimmed names"
+            raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
     if chosen.against is not None:
         chosen.against = read_audits(Path(chosen.against))
 
@@ -261,13 +288,18 @@ def _audit_row(
     try:
         result = _run_audit(model, path, chosen, jobs, **callbacks)
         answer = audit_answer(result)
-        missed = "; ".join(_missed_requirements(result, chosen))
+        missed = [*_missed_requirements(result, chosen)]
+        data, lines = record(result), answer_lines(answer)
         page_name = ""
         if chosen.out is not None:
             page_name = _write_page(answer, result, pages[path], chosen)
+        if chosen.write_fixed is not None and isinstance(result, Audit):
+            fixed = _write_fixed(result, chosen, callbacks.get("progress", _silent))
+            missed += fixed.missed
+            data |= {"fixed_file": fixed.record}
+            lines += fixed.lines
     except ParameterError as why:
         return refused_row(path, str(why))
-    data = record(result)
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
     return Row(
         path=path,
@@ -277,10 +309,29 @@ def _audit_row(
         code=MISSED if missed else 0,
         data=data,
         page=page_name,
-        missed=missed,
-        lines=tuple(answer_lines(answer)),
+        missed="; ".join(missed),
+        lines=tuple(lines),
         seconds=result.seconds,
     )
+
+
+def _silent(what: str) -> None:
+    """Shows no progress."""
+
+
+def _write_fixed(
+    result: Audit, chosen: argparse.Namespace, progress: Callable[[str], None]
+) -> PrintedFix:
+    """Writes the advice of an audit into the file --write-fixed, audits that file, and returns what
+    is printed of it. Raises ParameterError."""
+    try:
+        target = Path(chosen.write_fixed)
+        fixed = write_fixed_file(result, target, chosen.budget, progress)
+    except NothingToFix as why:
+        return PrintedFix((), None, [f"{chosen.write_fixed} is not written: {why}"])
+    lines = terminal_lines("audit_fixed", fixed=fixed)
+    missed = [] if fixed.kept else [f"{target.name}: its error is not the promised one"]
+    return PrintedFix(tuple(lines), fixed_record(fixed), missed)
 
 
 def _write_page(
@@ -404,17 +455,9 @@ def engine_names(names: str | None) -> tuple[str, ...]:
     return tuple(name for name in (names or "").split(",") if name)
 
 
-def check_new_file(target: Path) -> None:
-    """Raises ParameterError if the file `target` exists or cannot be written."""
-    expected = "an .xml file that does not exist yet, in a folder that can be written to"
-    try:
-        if target.suffix != ".xml":
-            raise ParameterError("write trimmed", str(target), expected)
-        target.touch(exist_ok=False)
-        target.unlink()
-    except OSError as error:
-        expected += f" ({error.strerror})"
-        raise ParameterError("write trimmed", str(target), expected) from None
+def _same_path(first: str, second: str) -> bool:
+    """Returns whether two names are those of one file."""
+    return os.path.realpath(first) == os.path.realpath(second)
 
 
 @quiet()

@@ -40,7 +40,7 @@ from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case
 if TYPE_CHECKING:
     from plumbob.analytic.reference import Array, Signals
     from plumbob.engines.own_contacts import ContactModel
-    from plumbob.engines.own_motion import Change, OwnModel, Start
+    from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.engines.stepper import SceneMechanism
     from plumbob.models.gradient import Number
@@ -217,6 +217,14 @@ def _write_trimmed(source: Path, changes: Sequence[Change], target: Path) -> tup
     return write_without(source, changes, target)
 
 
+def _write_fixed(source: Path, fix: FileFix, target: Path) -> FixPlace:
+    """Writes the file `source` to `target` with the changes that an audit advises, and returns the
+    place of the options in it; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.own_model.file_text import write_fixed
+
+    return write_fixed(source, fix, target)
+
+
 def _collect_messages() -> AbstractContextManager[list[str]]:
     """Returns a context in which MuJoCo's messages are collected, and not printed."""
     from plumbob.engines.adapters.mujoco.options import collected
@@ -249,6 +257,8 @@ ENGINE = Engine(
             "inverse", _inverse_derivatives, beside=partial(_inverse_derivatives, beside=True)
         ),
         OwnFit("sysid", _fit),
-        UserModels(_user_model, _user_contacts, _write_trimmed, _collect_messages),
+        UserModels(
+            _user_model, _user_contacts, _write_trimmed, _write_fixed, _collect_messages
+        ),
     ),
 )
