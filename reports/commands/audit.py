@@ -43,6 +43,8 @@ from plumbob.reports.commands.shared.several_audits import (
     page_names,
     refused_row,
 )
+from plumbob.reports.data.audit_columns import audit_columns
+from plumbob.reports.records.plain_data import json_text
 from plumbob.reports.view.audit.page import answer_lines, audit_answer, page
 from plumbob.reports.view.audit.records import fixed_record, record
 from plumbob.reports.view.content import Finding
@@ -101,7 +103,9 @@ def command(chosen: argparse.Namespace) -> int:
         files, skipped = model_files(chosen.model, chosen.models_only)
     if files == []:
         _note_skipped(skipped)
-        if chosen.json:
+        if values.as_table(chosen):
+            values.print_table(chosen, audit_columns([]))
+        elif chosen.json:
             values.print_json([])
         return 0
     chosen.alone = files is None
@@ -118,7 +122,7 @@ def command(chosen: argparse.Namespace) -> int:
                 print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
                 return MISSING
             callbacks: dict[str, Any] = {"progress": lambda part: show(part, 0, 0)}
-            if not chosen.json:
+            if not (chosen.json or values.as_table(chosen)):
                 callbacks["begun"] = partial(_print_first_line, chosen=chosen)
             rows = iter([audit_row(model, jobs=chosen.jobs, **callbacks)])
         else:
@@ -150,6 +154,8 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
     ending = "-contacts.html" if chosen.contacts else ".html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     written_pages = list(pages.values())
+    if not chosen.contacts:
+        written_pages += [_record_file(page_file) for page_file in pages.values()]
     if not chosen.alone:
         written_pages.append(several_audits.PAGE)
     _check_targets(chosen, models, written_pages)
@@ -200,7 +206,11 @@ def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
     """Prints the audit if there is one model, else the table of all; on stderr, the workflow
     commands and what is missed."""
     alone = chosen.alone
-    if not alone and chosen.json:
+    if values.as_table(chosen):
+        values.print_table(
+            chosen, audit_columns([{**row.data, "path": row.path} for row in rows])
+        )
+    elif not alone and chosen.json:
         values.print_json([{**row.data, "path": row.path} for row in rows])
     elif chosen.json and rows[0].lines:
         values.print_json(rows[0].data)
@@ -298,6 +308,8 @@ def _audit_row(
             missed += fixed.missed
             data |= {"fixed_file": fixed.record}
             lines += fixed.lines
+        if page_name and isinstance(result, Audit):
+            _write_into(chosen.out, json_text({**data, "path": path}), _record_file(page_name))
     except ParameterError as why:
         return refused_row(path, str(why))
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
@@ -345,12 +357,22 @@ def _write_page(
     from plumbob.reports.analyses.replay.geoms import audit_replay
 
     replay = audit_replay(result) if isinstance(result, Audit) else None
+    _write_into(chosen.out, page(answer, result, chosen.line, replay), name)
+    return name
+
+
+def _record_file(page_file: str) -> str:
+    """Returns the name of the file with the record of an audit, beside the audit's page."""
+    return str(Path(page_file).with_suffix(".json"))
+
+
+def _write_into(out: str, text: str, name: str) -> None:
+    """Writes a file into the folder --out; raises ParameterError if it cannot be written."""
     try:
-        write_file(page(answer, result, chosen.line, replay), Path(chosen.out), name)
+        write_file(text, Path(out), name)
     except OSError as error:
         expected = f"a folder to write into ({error})"
-        raise ParameterError("out", chosen.out, expected) from None
-    return name
+        raise ParameterError("out", out, expected) from None
 
 
 def _run_audit(

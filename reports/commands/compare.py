@@ -16,6 +16,7 @@ from plumbob.engines.study.cost import Key
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.data.columns import columns_of
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
 
@@ -42,6 +43,9 @@ def command(chosen: argparse.Namespace) -> int:
 
         studies = [(chosen.old, old), (chosen.new, new)]
         page = write_comparison(chosen.page, studies, moved, chosen.line, **growth)
+    if values.as_table(chosen):
+        values.print_table(chosen, columns_of("changes", [*versions, *rows]))
+        return 1 if moved["verdicts"] or grown else 0
     values.show(
         chosen,
         [*versions, *rows],

@@ -19,6 +19,7 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import sweep, sweep_of
     from plumbob.reports.commands.arguments.console import note, progress
+    from plumbob.reports.data.sweep_columns import point_columns
     from plumbob.reports.view.own_files import check_replaceable
     from plumbob.reports.view.sweep.page import page_name, write_sweep_page
     from plumbob.reports.view.sweep.text import terminal_values
@@ -46,6 +47,9 @@ def command(chosen: argparse.Namespace) -> int:
     for number, reason in swept.lost.items():
         first_point = number * request.chunk
         note(f"points from {first_point} on are missing: {reason}")
+    if values.as_table(chosen):
+        values.print_table(chosen, point_columns(swept))
+        return INCOMPLETE if swept.lost else 0
     texts = terminal_values(swept)
     record = {
         "scene": texts["scene"],

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
@@ -71,7 +72,11 @@ def _declare_argument(
 
 
 def read_values(chosen: argparse.Namespace) -> None:
-    """Replaces the texts of the arguments by their values. Raises ParameterError."""
+    """Replaces the texts of the arguments by their values. Raises ParameterError, also if the user
+    asks for two forms of output."""
+    forms = [name for name in ("json", "csv", "latex") if getattr(chosen, name, False)]
+    if len(forms) > 1:
+        raise ParameterError(forms[1], True, f"left out with --{forms[0]}")
     for name, reader in chosen.readers.items():
         text = getattr(chosen, name)
         if text is not None:

@@ -6,7 +6,6 @@ import argparse
 import json
 import math
 import os
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from plumbob.engines.box import Side
     from plumbob.engines.method import Method
     from plumbob.models.scene import Scene
+    from plumbob.reports.data.columns import Columns
 
 T = TypeVar("T")
 REPRESENTABLE = "such that double precision holds the exact solution"
@@ -217,12 +217,21 @@ def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: An
     print(*terminal_lines(template, **values), sep="\n")
 
 
+def as_table(chosen: argparse.Namespace) -> bool:
+    """Returns whether the user asks for a table as CSV or LaTeX, in place of text or JSON."""
+    return bool(getattr(chosen, "csv", False) or getattr(chosen, "latex", False))
+
+
+def print_table(chosen: argparse.Namespace, table: Columns) -> None:
+    """Prints a table as CSV, or for a paper as LaTeX, as the user asks."""
+    print(table.to_csv() if chosen.csv else table.to_latex(), end="")
+
+
 def print_json(value: Any) -> None:
     """Prints `value` on stdout as JSON."""
-    from plumbob.reports.records.plain_data import FOR_JSON, plain
+    from plumbob.reports.records.plain_data import json_text
 
-    json.dump(plain(value, FOR_JSON), sys.stdout, indent=1)
-    print()
+    print(json_text(value))
 
 
 def default_step(method: Method) -> float:
