@@ -30,8 +30,10 @@ class StoredResults(StudyColumns):
     Of the newest study, or the one that was asked for: `pairs`, `runs`, `errors`, `budgets`,
     `parameters`, `recommendations`, `trims` and `derivatives`. `sweeps` has a table of points for
     each sweep. `audits` has a row for each audit that was written with `--out` or `--json`, and
-    `audited_steps` a row for each of their runs. A table is computed when it is first asked for. `table["error"]` is a numpy
-    array; `table.to_pandas()`, `table.to_csv()` and `table.to_latex()` write tables elsewhere."""
+    `audited_steps` a row for each of their runs.
+
+    A table is computed when it is first asked for. `table["error"]` is a numpy array;
+    `table.to_pandas()`, `table.to_csv()` and `table.to_latex()` write tables elsewhere."""
 
     def __init__(
         self, study: Study | None, sweeps: Path | None, audits: tuple[Path, ...]

@@ -43,13 +43,11 @@ def command(chosen: argparse.Namespace) -> int:
 
         studies = [(chosen.old, old), (chosen.new, new)]
         page = write_comparison(chosen.page, studies, moved, chosen.line, **growth)
-    if values.as_table(chosen):
-        values.print_table(chosen, columns_of("changes", [*versions, *rows]))
-        return 1 if moved["verdicts"] or grown else 0
     values.show(
         chosen,
         [*versions, *rows],
         "compare",
+        columns=lambda: columns_of("changes", [*versions, *rows]),
         made={"old": old.provenance, "new": new.provenance},
         moved=rows,
         versions=versions,

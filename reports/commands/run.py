@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from plumbob.analytic.parameters import ParameterError
@@ -81,12 +82,9 @@ def command(chosen: argparse.Namespace) -> int:
         factor = record["real_time_factor"]
         runs.append((run, judgement, cost, reference_time, factor, worlds, certified))
     units = {observable.name: observable.unit for observable in case.system.observables}
-    if values.as_table(chosen):
-        by_scene = {(scene.name, name): unit for name, unit in units.items()}
-        values.print_table(chosen, error_columns(records, by_scene))
-    else:
-        answer = records if len(records) > 1 else records[0]
-        values.show(chosen, answer, "run", runs=runs, units=units)
+    answer = records if len(records) > 1 else records[0]
+    table = partial(error_columns, records, {(scene.name, name): units[name] for name in units})
+    values.show(chosen, answer, "run", columns=table, runs=runs, units=units)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
 
 

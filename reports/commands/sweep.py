@@ -47,9 +47,6 @@ def command(chosen: argparse.Namespace) -> int:
     for number, reason in swept.lost.items():
         first_point = number * request.chunk
         note(f"points from {first_point} on are missing: {reason}")
-    if values.as_table(chosen):
-        values.print_table(chosen, point_columns(swept))
-        return INCOMPLETE if swept.lost else 0
     texts = terminal_values(swept)
     record = {
         "scene": texts["scene"],
@@ -59,5 +56,6 @@ def command(chosen: argparse.Namespace) -> int:
         "page": str(page),
     }
     stored_points = min(len(stored) * request.chunk, request.points)
-    values.show(chosen, record, "sweep", **texts, stored=stored_points, page=page)
+    texts |= {"stored": stored_points, "page": page}
+    values.show(chosen, record, "sweep", columns=lambda: point_columns(swept), **texts)
     return INCOMPLETE if swept.lost else 0

@@ -132,14 +132,12 @@ def _print_and_write(
     results = results_of(study, records_of(study))
     if junit:
         write_study_junit(junit, study, results)
-    if values.as_table(chosen):
-        tables = StudyColumns(study, judged)
-        values.print_table(chosen, tables.errors if chosen.csv else tables.pairs)
-        return exit_code(study, results)
+    tables = StudyColumns(study, judged)
     values.show(
         chosen,
         study_records(study, judged, user_rows),
         "study",
+        columns=lambda: tables.errors if chosen.csv else tables.pairs,
         **study_values(study, results, chosen.verbose),
         page=page,
         results=user_rows,

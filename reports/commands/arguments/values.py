@@ -206,9 +206,20 @@ def all_finite(changed: Mapping[str, Any], *answers: Signals) -> None:
             raise changed_beyond(changed, REPRESENTABLE)
 
 
-def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: Any) -> None:
-    """Prints `record` as JSON if the user asks for JSON. Otherwise prints the lines that `template`
-    makes of the `values`."""
+def show(
+    chosen: argparse.Namespace,
+    record: Any,
+    template: str,
+    /,
+    *,
+    columns: Callable[[], Columns] | None = None,
+    **values: Any,
+) -> None:
+    """Prints `record` as JSON, or the table `columns` as CSV or LaTeX, if the user asks for that.
+    Otherwise prints the lines that `template` makes of the `values`."""
+    if as_table(chosen) and columns is not None:
+        print_table(chosen, columns())
+        return
     if chosen.json:
         print_json(record)
         return
