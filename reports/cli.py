@@ -37,6 +37,7 @@ COMMANDS = (
     "worst",
     "identify",
     "plan",
+    "view",
     "models",
     "check-engine",
     "sources",

@@ -27,6 +27,7 @@ from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
+from plumbob.models.extras import install_command
 from plumbob.reports.advice.fixed_file import (
     NothingToFix,
     check_fixable,
@@ -119,7 +120,7 @@ def command(chosen: argparse.Namespace) -> int:
             try:
                 model = environment(chosen.gym, chosen.seed) if chosen.gym else models[0]
             except ImportError as why:
-                print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
+                print(f"plumbob: {why}: {install_command('robots')}", file=sys.stderr)
                 return MISSING
             callbacks: dict[str, Any] = {"progress": lambda part: show(part, 0, 0)}
             if not (chosen.json or values.as_table(chosen)):

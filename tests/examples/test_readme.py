@@ -93,6 +93,8 @@ NOT_RUN = {
     "plumbob audit go2/scene_flat.xml --contacts --keyframe home --friction 0.3": (
         "a file of another package"
     ),
+    "plumbob view capsule-line": "a window: tests/commands/test_view_command.py",
+    "plumbob view my.xml --gif my.gif --ctrl sines": "a renderer: test_view_command.py has its own",
     "plumbob plan --to 0.3 0.1 3.14": "the same with --method plans it, and runs it",
 }
 
