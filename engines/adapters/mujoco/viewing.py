@@ -25,6 +25,9 @@ from plumbob.models.scene import Case
 
 # Name of the camera of every scene.xml, and what is put in front of the names of its elements.
 CAMERA, AROUND = "view", "around/"
+FREE_PART = (
+    0.2  # a fifth of the distance is well within a picture, whose half width is about 0.5
+)
 CONTROLS_AHEAD = 1 << 16  # number of steps whose controls are computed at once
 
 
@@ -71,10 +74,30 @@ class MujocoView:
         self.model.vis.global_.offheight = height
         cameras = (self._camera(name) for name in (AROUND + CAMERA, CAMERA))
         camera = next((number for number in cameras if number >= 0), -1)
+        follow = self._follower(camera)
         with mujoco.Renderer(self.model, height, width) as renderer:
             for data in self.states(marks):
+                follow(data)
                 renderer.update_scene(data, camera)
                 yield renderer.render().copy()
+
+    def _follower(self, camera: int) -> Callable[[Any], None]:
+        """Returns a function that moves a camera after the mass centre of the model: once this has
+        gone FREE_PART of its distance from the camera, the camera keeps up with it."""
+        if camera < 0:
+            return lambda data: None
+        place = np.array(self.model.cam_pos[camera])
+        start = np.array(self.data.subtree_com[0])
+        free = FREE_PART * float(np.linalg.norm(self.data.cam_xpos[camera] - start))
+
+        def follow(data: Any) -> None:
+            """Moves the camera to its place for the state of `data`."""
+            shift = data.subtree_com[0] - start
+            gone = float(np.linalg.norm(shift))
+            self.model.cam_pos[camera] = place + shift * max(0.0, 1.0 - free / max(gone, free))
+            mujoco.mj_camlight(self.model, data)
+
+        return follow
 
     def _camera(self, name: str) -> int:
         """Returns the number of a camera; -1, MuJoCo's free camera, if there is none."""
