@@ -275,3 +275,26 @@ def test_bibtex_is_that_of_the_citation_file(capsys):
     assert len(values) >= 5
     assert all(value in text for value in values)
     assert len(set(re.findall(r"^@\w+\{(.+),$", text, re.M))) == text.count("\n@") + 1
+
+
+LINES = {
+    "sweep linear-pendulum ode/rk4 --vary theta=0.1:0.2:2 --step 0.01 --jobs 1": (0, "points"),
+    "audit still.xml none.xml": (2, "audits"),
+    "validate --scenes linear-pendulum/overdamped --methods ode/rk4 --jobs 1": (0, "errors"),
+}
+
+
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize("line", LINES)
+def test_other_commands_print_csv(line, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("still.xml").write_text("<mujoco/>")
+    expected, name = LINES[line]
+    assert main([*line.split(), "--csv"]) == expected
+    heads, *rows = csv.reader(io.StringIO(capsys.readouterr().out))
+    columns = list(table_schemas()[name]["columns"])
+    assert heads == columns + ["theta"] * (name == "points")
+    assert len(rows) >= 2
+    if name == "audits":
+        assert {row[heads.index("path")] for row in rows} == {"still.xml", "none.xml"}
+        assert all(row[heads.index("why")] for row in rows)
