@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from plumbob.reports.audit_from_python import audit, audit_contacts
     from plumbob.reports.judge.assertion import check
+    from plumbob.reports.stored_results import load_results as load
 
-__all__ = ["__version__", "audit", "audit_contacts", "check"]
+__all__ = ["__version__", "audit", "audit_contacts", "check", "load"]
 
 
 def __getattr__(name: str) -> Any:
@@ -25,6 +26,10 @@ def __getattr__(name: str) -> Any:
         from plumbob.reports.audit_from_python import audit_contacts
 
         return audit_contacts
+    if name == "load":
+        from plumbob.reports.stored_results import load_results
+
+        return load_results
     if name == "__version__":
         from importlib import metadata
 

@@ -16,9 +16,10 @@ LIVING = 100_000
 
 def main() -> int:
     """Run the command line; returns its exit code."""
-    # No command opens a window. MuJoCo's search for a graphics library starts a process, which
-    # prints a traceback when the terminal is interrupted.
-    os.environ.setdefault("MUJOCO_GL", "disable")
+    # No command but `view` opens a window. MuJoCo's search for a graphics library starts a process,
+    # which prints a traceback when the terminal is interrupted.
+    if sys.argv[1:2] != ["view"]:
+        os.environ.setdefault("MUJOCO_GL", "disable")
     # OpenBLAS ends a process, as an interrupt would, if memory does not suffice for its threads.
     if resource and resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

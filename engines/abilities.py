@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.method import Method
@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # records of users' models, which most commands do not need
     from plumbob.analytic.reference import Array, Signals
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
-    from plumbob.engines.own_motion import Change, OwnModel, Start
+    from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
     from plumbob.models.gradient import Number
@@ -147,8 +147,33 @@ class UserModels:
     model's) -> the body on its plane."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]]
     """Model file, changes that leave parts out, file to write -> the changes that were written."""
+    write_fixed: Callable[[Path, FileFix, Path], FixPlace]
+    """Model file, advised changes, file to write -> the place of the options in the new file."""
     quiet: Callable[[], AbstractContextManager[Any]]
     """Returns a context in which the engine prints nothing and leaves no file."""
+
+
+class View(Protocol):
+    """A model at its start, to be looked at."""
+
+    @property
+    def step(self) -> float: ...
+    def show(self) -> None: ...
+    def frames(self, marks: Sequence[int], width: int, height: int) -> Iterator[Array]: ...
+
+
+@dataclass(frozen=True)
+class Views:
+    """Scenes and users' models to look at. Each function raises ParameterError, and Unsupported if
+    there is nothing to show; `file` also raises NotCertifiable."""
+
+    scene: Callable[[Case, Method, float], View]
+    """Case, method, step [s] -> the scene's model, driven as the scene is."""
+    file: Callable[[Path, Start, Array | None, float], View]
+    """Model file, start, controls of shape (periods, actuators) or None, period [s] -> the
+    model."""
+    prepare: Callable[[], None]
+    """Makes pictures without a window possible. It is called before a model is read."""
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import FunctionType
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -124,6 +125,21 @@ class Change:
 
 
 @dataclass(frozen=True)
+class FileFix:
+    """The advised changes of a model file."""
+
+    options: Mapping[str, str]  # {attribute of the file's options: its new value}
+    unguarded: bool  # whether refsafe is to be disabled
+    raised: tuple[str, ...]  # arrays of time constants of the compiled model, to be raised
+    raised_to: float  # [s] smallest time constant of a raised array
+
+
+FixPlace = Literal["own option", "new option", "new mujoco"]
+"""The place of a fix's options in a file: in the file's last <option>, in a new <option> at the end
+of <mujoco>, or in a new <mujoco> at the end of the <robot> of a URDF file."""
+
+
+@dataclass(frozen=True)
 class Element:
     """A part of a model whose stiffness or damping may limit the step."""
 
@@ -164,6 +180,10 @@ class OwnModel(Protocol):
     def fields(self) -> Mapping[str, str]: ...
     @property
     def format(self) -> str: ...
+    @property
+    def file(self) -> Path | None: ...
+    @property
+    def begin(self) -> Start: ...
     @property
     def bodies(self) -> tuple[str, ...]: ...
     @property

@@ -38,6 +38,7 @@ COMMANDS = (
     "worst",
     "identify",
     "plan",
+    "view",
     "models",
     "check-engine",
     "sources",
@@ -100,12 +101,31 @@ def _run_command(argv: Sequence[str] | None) -> int:
 
     words = list(sys.argv[1:] if argv is None else argv)
     known_first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
-    arguments = parser(known_first or COMMANDS).parse_args(words)
+    top = parser(known_first or COMMANDS)
+    if words and not known_first and not words[0].startswith("-"):
+        hint = _did_you_mean([words[0]], COMMANDS)
+        top.error(f"there is no command {words[0]!r}{hint}")
+    arguments, unknown = top.parse_known_args(words)
+    own_parser: argparse.ArgumentParser = vars(arguments).pop("own_parser")
+    if unknown:
+        options = [name for action in own_parser._actions for name in action.option_strings]
+        hint = _did_you_mean(unknown, options)
+        own_parser.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
     read_values(arguments)
     # Arguments may hold bytes that are not UTF-8.
     line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
     arguments.line = line.decode()
     return int(arguments.command(arguments))
+
+
+def _did_you_mean(words: Sequence[str], names: Sequence[str]) -> str:
+    """Returns a question that names what is most like some unknown words; empty if nothing is."""
+    import difflib
+
+    typed = [word.partition("=")[0] for word in words]
+    similar = [difflib.get_close_matches(word, names, n=1) for word in typed]
+    found = dict.fromkeys(name for matches in similar for name in matches)
+    return f": did you mean {' and '.join(found)}?" if found else ""
 
 
 def _lacks_memory(error: BaseException) -> bool:
@@ -260,7 +280,7 @@ def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
         description = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=description, description=f"{description}.")
         declare(command, name, module)
-        command.set_defaults(command=module.command)
+        command.set_defaults(command=module.command, own_parser=command)
     return top
 
 

@@ -160,8 +160,14 @@ def _model_method(case: Case, method: Method, step: float) -> tuple[Method, floa
         step = duration / max(1, round(duration / REFERENCE_STEP))
     if method.engine == "mujoco":
         return method, step
+    return model_method(case), step
+
+
+def model_method(case: Case) -> Method:
+    """Returns the method of MuJoCo's whose model stands for a case: the first of MODELS that is
+    meant for its scene."""
     every = (find_method(name) for name in MODELS)
-    return next((m for m in every if meant(m, case.scene)), find_method(MODELS[-1])), step
+    return next((m for m in every if meant(m, case.scene)), find_method(MODELS[-1]))
 
 
 def _periods(case: Case, model: OwnModel, step: float) -> tuple[float, Array]:

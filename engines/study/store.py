@@ -116,6 +116,12 @@ def stored_results(
     return found
 
 
+def numbers_with(store: Connection, key: str) -> list[int]:
+    """The numbers under which a row with this key is stored, the oldest first."""
+    query = f"select study from result where key = ? and {NUMBERED} order by study"
+    return [number for (number,) in store.execute(query, (key,)).fetchall()]
+
+
 def _digest(*row: Any) -> str:
     """The checksum of a row: number of the study, key, text."""
     return hashlib.sha256(repr(row).encode()).hexdigest()

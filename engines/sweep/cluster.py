@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study.provenance import provenance
+from plumbob.models.extras import install_command
 
 SCHEDULER_WAIT = 10.0  # [s] longest wait for a scheduler's answer, and for its first worker
 UNLIKE = ("plotly",)  # packages whose versions do not change results
@@ -20,7 +21,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
     try:
         from distributed import Client
     except ImportError:
-        wanted = "given where the extra is installed: pip install 'plumbob[distributed]'"
+        wanted = f"given where Dask is installed: {install_command('distributed')}"
         raise ParameterError("scheduler", address, wanted) from None
     try:
         client = Client(address, timeout=SCHEDULER_WAIT, set_as_default=False)

@@ -9,11 +9,12 @@ from pathlib import Path
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import key_of
 from plumbob.engines.study.provenance import versions_of
-from plumbob.engines.study.store_file import writing
-from plumbob.engines.sweep.sweep import Chunk, Keep, Sweep
+from plumbob.engines.study.store_file import reading_connection, writing
+from plumbob.engines.sweep.sweep import Chunk, Keep, Sweep, Swept, assembled_sweep
 from plumbob.engines.sweep.worst import Found
 
 FILE = "sweeps.sqlite3"  # name of the file in a folder of results
+REQUEST = "sweep"  # key of the row with the sweep that was asked for
 
 
 def key_of_sweep(asked: Sweep) -> str:
@@ -29,11 +30,28 @@ def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Kee
     with writing(file) as opened:
         number, _ = store.begun(opened, key_of_sweep(asked))
         there = store.stored_results(opened, number, map(str, range(asked.chunks)), Chunk)
+        if not store.stored_results(opened, number, (REQUEST,), Sweep):
+            store.keep(opened, number, {REQUEST: asked})
 
         def keep(chunk: int, found: Chunk) -> None:
             store.keep(opened, number, {str(chunk): found})
 
         yield {int(key): chunk for key, chunk in there.items()}, keep
+
+
+def stored_sweeps(file: Path) -> list[Swept]:
+    """Returns the sweeps in a store, the oldest first, with the chunks that are stored. Sweeps that
+    an earlier version stored without their request are left out. Raises ParameterError if the file
+    is no store."""
+    sweeps = []
+    with reading_connection(file) as opened:
+        for number in store.numbers_with(opened, REQUEST):
+            for asked in store.stored_results(opened, number, (REQUEST,), Sweep).values():
+                keys = map(str, range(asked.chunks))
+                chunks = store.stored_results(opened, number, keys, Chunk)
+                by_number = {int(key): chunk for key, chunk in chunks.items()}
+                sweeps.append(assembled_sweep(asked, by_number))
+    return sweeps
 
 
 def keep_worst(file: Path, found: Found) -> None:

@@ -172,6 +172,20 @@ def sweep(
     return Swept(asked, whole, dict(reasons), lost)
 
 
+def assembled_sweep(asked: Sweep, chunks: Mapping[int, Chunk]) -> Swept:
+    """A sweep with the errors of its stored chunks, by number; NaN at points that are not stored.
+    Chunks whose shape does not fit are left out."""
+    shape = len(asked.methods), len(asked.steps), asked.points
+    errors = np.full(shape, math.nan)
+    reasons: Counter[str] = Counter()
+    for number, chunk in chunks.items():
+        place = errors[:, :, number * asked.chunk : (number + 1) * asked.chunk]
+        if place.shape == chunk.errors.shape:
+            place[:] = chunk.errors
+            reasons.update(chunk.reasons)
+    return Swept(asked, errors.reshape(*shape[:2], *asked.counts), dict(reasons))
+
+
 def chunk_of(asked: Sweep, number: int) -> Chunk:
     """Runs the points of one chunk."""
     first = number * asked.chunk

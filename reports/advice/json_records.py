@@ -30,9 +30,6 @@ def run_record(
         ns_per_step = cost.ns_per_step
     elif run.steps:
         ns_per_step = 1e9 * run.seconds / run.steps
-    wanted = None
-    if method.name != USER_METHOD:
-        wanted = expected(run.scene, method.name).verdict
     wall_seconds = ns_per_step * 1e-9 * run.steps if ns_per_step else None
     errors = run.errors
     tolerances = judgement.tolerances
@@ -47,11 +44,13 @@ def run_record(
         "errors": {name: error.largest for name, error in errors.items()},
         "errors_at_end": {name: error.end for name, error in errors.items()},
         "predicted": {n: e.predicted.end for n, e in errors.items() if e.predicted},
+        "off_prediction": {n: e.predicted.difference for n, e in errors.items() if e.predicted},
+        "left_open": {n: e.left_open for n, e in errors.items() if e.predicted},
         "tolerances": {name: bound.bound for name, bound in tolerances.items()},
         "budget": budget,
         "invariants": run.invariants,
         "verdict": judgement.verdict,
-        "expected": wanted,
+        "expected": wanted_verdict(run.scene, method.name),
         "reason": judgement.reason,
         "order": order and {"slope": order.slope, "low": order.low, "high": order.high},
         "steps": run.steps,
@@ -60,6 +59,11 @@ def run_record(
         "compile_seconds": run.compile_seconds,
         "warnings": run.warnings,
     }
+
+
+def wanted_verdict(scene: str, method: str) -> str | None:
+    """Returns the verdict that is expected of a method on a scene; None for a user's settings."""
+    return None if method == USER_METHOD else expected(scene, method).verdict
 
 
 def study_records(

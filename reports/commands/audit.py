@@ -11,7 +11,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -27,6 +27,13 @@ from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.entry_points import on_stderr
+from plumbob.models.extras import install_command
+from plumbob.reports.advice.fixed_file import (
+    NothingToFix,
+    check_fixable,
+    check_new_file,
+    write_fixed_file,
+)
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
@@ -37,13 +44,17 @@ from plumbob.reports.commands.shared.several_audits import (
     page_names,
     refused_row,
 )
+from plumbob.reports.data.audit_columns import audit_columns
+from plumbob.reports.records.plain_data import json_text
 from plumbob.reports.view.audit.page import answer_lines, audit_answer, page, short_lines
-from plumbob.reports.view.audit.records import record
+from plumbob.reports.view.audit.records import fixed_record, record
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.page import write_file
+from plumbob.reports.view.tables import terminal_lines
 
 MISSING = 3
+WRITE_FIXED = "write fixed"
 LARGEST_AUDITS = 100_000_000  # [bytes] largest file that --against reads
 MISSED = 1  # exit code: a required accuracy, stability or reference is missed
 UNTRIMMABLE = (".urdf", ".mjb")  # formats of models that --write-trimmed does not take
@@ -61,6 +72,7 @@ MOTION_OPTIONS = (
     "budget",
     "jobs",
     "write_trimmed",
+    "write_fixed",
     "stable",
     "require_reference",
     "gradient",
@@ -72,6 +84,15 @@ LEAST_COLUMNS, MOST_COLUMNS = 60, 120  # width of the short answer on a terminal
 IN_ALL_LINES = ("verbose", "against", "gradient", "engines", "write_trimmed")
 CONTACT_OPTIONS = ("body", "speed", "friction")
 FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
+
+
+@dataclass(frozen=True)
+class PrintedFix:
+    """The lines and the record that are printed of a fixed file, and its missed requirements."""
+
+    lines: tuple[str, ...]
+    record: Mapping[str, Any] | None  # None if the file is not written
+    missed: list[str]
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -86,7 +107,9 @@ def command(chosen: argparse.Namespace) -> int:
         files, skipped = model_files(chosen.model, chosen.models_only)
     if files == []:
         _note_skipped(skipped)
-        if chosen.json:
+        if values.as_table(chosen):
+            values.print_table(chosen, audit_columns([]))
+        elif chosen.json:
             values.print_json([])
         return 0
     chosen.alone = files is None
@@ -100,10 +123,10 @@ def command(chosen: argparse.Namespace) -> int:
             try:
                 model = environment(chosen.gym, chosen.seed) if chosen.gym else models[0]
             except ImportError as why:
-                print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
+                print(f"plumbob: {why}: {install_command('robots')}", file=sys.stderr)
                 return MISSING
             callbacks: dict[str, Any] = {"progress": lambda part: show(part, 0, 0)}
-            if not chosen.json:
+            if not (chosen.json or values.as_table(chosen)):
                 callbacks["begun"] = partial(_print_first_line, chosen=chosen)
             rows = iter([audit_row(model, jobs=chosen.jobs, **callbacks)])
         else:
@@ -123,14 +146,20 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
     """Returns the file name of each audit's page by model. Nothing is audited before this check:
     raises ParameterError if a file that the user asks for cannot be written, or if the single model
     is no regular file."""
-    if chosen.write_trimmed and (
-        not chosen.alone or chosen.gym or models[0].suffix in UNTRIMMABLE
-    ):
+    single_file = chosen.alone and not chosen.gym
+    if chosen.write_trimmed and not (single_file and models[0].suffix not in UNTRIMMABLE):
         expected = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", chosen.write_trimmed, expected)
+    if chosen.write_fixed:
+        if not single_file:
+            expected = "left out, but with a single MJCF or URDF file"
+            raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
+        check_fixable(models[0], Path(chosen.write_fixed))
     ending = "-contacts.html" if chosen.contacts else ".html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     written_pages = list(pages.values())
+    if not chosen.contacts:
+        written_pages += [_record_file(page_file) for page_file in pages.values()]
     if not chosen.alone:
         written_pages.append(several_audits.PAGE)
     _check_targets(chosen, models, written_pages)
@@ -189,7 +218,11 @@ def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
     """Prints the audit if there is one model, else the table of all; on stderr, the workflow
     commands and what is missed."""
     alone = chosen.alone
-    if not alone and chosen.json:
+    if values.as_table(chosen):
+        values.print_table(
+            chosen, audit_columns([{**row.data, "path": row.path} for row in rows])
+        )
+    elif not alone and chosen.json:
         values.print_json([{**row.data, "path": row.path} for row in rows])
     elif chosen.json and rows[0].lines:
         values.print_json(rows[0].data)
@@ -229,7 +262,12 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
     chosen.budget = chosen.budget or AUDIT_SECONDS
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
-        check_new_file(Path(chosen.write_trimmed))
+        check_new_file("write trimmed", Path(chosen.write_trimmed), ".xml")
+        if chosen.write_fixed is not None and _same_path(
+            chosen.write_trimmed, chosen.write_fixed
+        ):
+            expected = "another file than --write-trimmed names"
+            raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
     if chosen.against is not None:
         chosen.against = read_audits(Path(chosen.against))
 
@@ -272,13 +310,23 @@ def _audit_row(
     try:
         result = _run_audit(model, path, chosen, jobs, **callbacks)
         answer = audit_answer(result)
-        missed = "; ".join(_missed_requirements(result, chosen))
+        missed = [*_missed_requirements(result, chosen)]
+        data, lines = record(result), answer_lines(answer)
+        short = _short_lines(result, chosen)
         page_name = ""
         if chosen.out is not None:
             page_name = _write_page(answer, result, pages[path], chosen)
+        if chosen.write_fixed is not None and isinstance(result, Audit):
+            fixed = _write_fixed(result, chosen, callbacks.get("progress", _silent))
+            missed += fixed.missed
+            data |= {"fixed_file": fixed.record}
+            lines += fixed.lines
+            if short:
+                short += fixed.lines
+        if page_name and isinstance(result, Audit):
+            _write_into(chosen.out, json_text({**data, "path": path}), _record_file(page_name))
     except ParameterError as why:
         return refused_row(path, str(why))
-    data = record(result)
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
     return Row(
         path=path,
@@ -288,11 +336,30 @@ def _audit_row(
         code=MISSED if missed else 0,
         data=data,
         page=page_name,
-        missed=missed,
-        lines=tuple(answer_lines(answer)),
-        short=tuple(_short_lines(result, chosen)),
+        missed="; ".join(missed),
+        lines=tuple(lines),
+        short=tuple(short),
         seconds=result.seconds,
     )
+
+
+def _silent(what: str) -> None:
+    """Shows no progress."""
+
+
+def _write_fixed(
+    result: Audit, chosen: argparse.Namespace, progress: Callable[[str], None]
+) -> PrintedFix:
+    """Writes the advice of an audit into the file --write-fixed, audits that file, and returns what
+    is printed of it. Raises ParameterError."""
+    try:
+        target = Path(chosen.write_fixed)
+        fixed = write_fixed_file(result, target, chosen.budget, progress)
+    except NothingToFix as why:
+        return PrintedFix((), None, [f"{chosen.write_fixed} is not written: {why}"])
+    lines = terminal_lines("audit_fixed", fixed=fixed)
+    missed = [] if fixed.kept else [f"{target.name}: its error is not the promised one"]
+    return PrintedFix(tuple(lines), fixed_record(fixed), missed)
 
 
 def _write_page(
@@ -306,12 +373,22 @@ def _write_page(
     from plumbob.reports.analyses.replay.geoms import audit_replay
 
     replay = audit_replay(result) if isinstance(result, Audit) else None
+    _write_into(chosen.out, page(answer, result, chosen.line, replay), name)
+    return name
+
+
+def _record_file(page_file: str) -> str:
+    """Returns the name of the file with the record of an audit, beside the audit's page."""
+    return str(Path(page_file).with_suffix(".json"))
+
+
+def _write_into(out: str, text: str, name: str) -> None:
+    """Writes a file into the folder --out; raises ParameterError if it cannot be written."""
     try:
-        write_file(page(answer, result, chosen.line, replay), Path(chosen.out), name)
+        write_file(text, Path(out), name)
     except OSError as error:
         expected = f"a folder to write into ({error})"
-        raise ParameterError("out", chosen.out, expected) from None
-    return name
+        raise ParameterError("out", out, expected) from None
 
 
 def _run_audit(
@@ -416,17 +493,9 @@ def engine_names(names: str | None) -> tuple[str, ...]:
     return tuple(name for name in (names or "").split(",") if name)
 
 
-def check_new_file(target: Path) -> None:
-    """Raises ParameterError if the file `target` exists or cannot be written."""
-    expected = "an .xml file that does not exist yet, in a folder that can be written to"
-    try:
-        if target.suffix != ".xml":
-            raise ParameterError("write trimmed", str(target), expected)
-        target.touch(exist_ok=False)
-        target.unlink()
-    except OSError as error:
-        expected += f" ({error.strerror})"
-        raise ParameterError("write trimmed", str(target), expected) from None
+def _same_path(first: str, second: str) -> bool:
+    """Returns whether two names are those of one file."""
+    return os.path.realpath(first) == os.path.realpath(second)
 
 
 @quiet()

@@ -12,6 +12,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.data.columns import columns_of
 from plumbob.reports.judge.study_differences import study_differences
 
 
@@ -37,6 +38,7 @@ def command(chosen: argparse.Namespace) -> int:
         chosen,
         [*versions, *rows],
         "compare",
+        columns=lambda: columns_of("changes", [*versions, *rows]),
         made={"old": old.provenance, "new": new.provenance},
         moved=rows,
         versions=versions,

@@ -1,15 +1,17 @@
-"""plumbob list: the names of systems, scenes, methods, models and schemas."""
+"""plumbob list: the names of systems, scenes, methods, models, schemas and columns."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
 from plumbob.engines.registry import engines, installed
 from plumbob.models.registry import systems
+from plumbob.reports.data.columns import table_schemas
 
-KINDS = ("systems", "scenes", "methods", "models", "schemas")
+KINDS = ("systems", "scenes", "methods", "models", "schemas", "columns")
 # Folder of the schemas of what the commands print with --json.
 SCHEMAS = Path(__file__).parents[1] / "templates" / "schemas"
 
@@ -41,6 +43,8 @@ def _rows(kind: str) -> list[tuple[str, str]]:
         return [(path.stem, str(path)) for path in sorted(files)]
     if kind == "schemas":
         return [(path.stem, str(path)) for path in sorted(SCHEMAS.iterdir())]
+    if kind == "columns":
+        return list(_columns())
     rows = []
     for engine in engines().values():
         missing = "" if installed(engine) else f" ({engine.package} is not installed)"
@@ -48,3 +52,11 @@ def _rows(kind: str) -> list[tuple[str, str]]:
             order = f"order {method.order}" if method.order else "adaptive, step is rtol"
             rows.append((method.name, f"{method.scheme}, {order}{missing}"))
     return rows
+
+
+def _columns() -> Iterator[tuple[str, str]]:
+    """Yields the name and the description of each table of results, and of each of its columns."""
+    for table, schema in table_schemas().items():
+        yield table, f"a row: {schema['about']}"
+        for name, (kind, unit, meaning) in schema["columns"].items():
+            yield f"{table}.{name}", f"{kind}{f' [{unit}]' if unit else ''}: {meaning}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from plumbob.analytic.parameters import ParameterError
@@ -27,6 +28,7 @@ from plumbob.reports.commands.shared.model_file import (
     model_and_script,
     motion_record,
 )
+from plumbob.reports.data.study_columns import error_columns
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
 
 INCOMPLETE = 3
 # Options that a model file does not take.
-SCENE_OPTIONS = ("changes", "like", "worlds", "certified")
+SCENE_OPTIONS = ("changes", "like", "worlds", "certified", "csv", "latex")
 TimedRun = tuple[Measurement, Cost | None, float]
 LONGEST_RUN = 3600.0  # [s] longest processor time of a run in a plug-in engine
 
@@ -79,9 +81,10 @@ def command(chosen: argparse.Namespace) -> int:
         records.append(record)
         factor = record["real_time_factor"]
         runs.append((run, judgement, cost, reference_time, factor, worlds, certified))
-    answer = records if len(records) > 1 else records[0]
     units = {observable.name: observable.unit for observable in case.system.observables}
-    values.show(chosen, answer, "run", runs=runs, units=units)
+    answer = records if len(records) > 1 else records[0]
+    table = partial(error_columns, records, {(scene.name, name): units[name] for name in units})
+    values.show(chosen, answer, "run", columns=table, runs=runs, units=units)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
 
 

@@ -19,6 +19,7 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import sweep, sweep_of
     from plumbob.reports.commands.arguments.console import note, progress
+    from plumbob.reports.data.sweep_columns import point_columns
     from plumbob.reports.view.own_files import check_replaceable
     from plumbob.reports.view.sweep.page import page_name, write_sweep_page
     from plumbob.reports.view.sweep.text import terminal_values
@@ -55,5 +56,6 @@ def command(chosen: argparse.Namespace) -> int:
         "page": str(page),
     }
     stored_points = min(len(stored) * request.chunk, request.points)
-    values.show(chosen, record, "sweep", **texts, stored=stored_points, page=page)
+    texts |= {"stored": stored_points, "page": page}
+    values.show(chosen, record, "sweep", columns=lambda: point_columns(swept), **texts)
     return INCOMPLETE if swept.lost else 0

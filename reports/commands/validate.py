@@ -26,6 +26,7 @@ from plumbob.reports.commands.arguments.console import note, progress, writable_
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
+from plumbob.reports.data.study_columns import StudyColumns
 from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.records.page_records import records_of
@@ -129,10 +130,12 @@ def _print_and_write(
     results = results_of(study, records_of(study))
     if junit:
         write_study_junit(junit, study, results)
+    tables = StudyColumns(study, judged)
     values.show(
         chosen,
         study_records(study, judged, user_rows),
         "study",
+        columns=lambda: tables.errors if chosen.csv else tables.pairs,
         **study_values(study, results, chosen.verbose),
         page=page,
         results=user_rows,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -44,3 +45,8 @@ def plain(value: Any, form: PlainForm) -> Any:
     number = value.item() if isinstance(value, np.generic) else value
     is_lost = form.finite and isinstance(number, float) and not math.isfinite(number)
     return None if is_lost else number
+
+
+def json_text(value: Any) -> str:
+    """Returns a value as JSON text, as commands print it with --json."""
+    return json.dumps(plain(value, FOR_JSON), indent=1)

@@ -2,12 +2,13 @@
 
 import json
 import os
+import shlex
 
 import pytest
 
 from plumbob import __version__
 from plumbob.models.registry import systems
-from plumbob.reports.cli import main
+from plumbob.reports.cli import COMMANDS, main, parser
 
 
 def ran(capsys, *words):
@@ -83,3 +84,20 @@ def test_the_umask_is_followed(tmp_path):
     modes = {(path.is_dir(), path.stat().st_mode & 0o777) for path in site.rglob("*")}
     assert modes == {(True, 0o750), (False, 0o640)}
     assert (out / "index.html").stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_shows_an_example_that_can_be_read_and_options_in_groups(name, capsys):
+    code, out, _ = ran(capsys, name, "--help")
+    assert code == 0
+    lines = out.splitlines()
+    (start,) = (i for i, line in enumerate(lines) if line in ("example:", "examples:"))
+    examples = [line.strip() for line in lines[start + 1 : lines.index("", start)]]
+    assert examples
+    for example in examples:
+        program, command, *words = shlex.split(example)
+        assert (program, command) == ("plumbob", name)
+        _, unknown = parser((name,)).parse_known_args([command, *words])
+        assert not unknown
+    titles = [line for line in lines if line.endswith(":") and not line.startswith(" ")]
+    assert "output:" in titles or not any("  --json" in line for line in lines)

@@ -71,6 +71,12 @@ NOT_RUN = {
         "up to a minute each: tests/commands/test_own_file.py does it on a small model",
     ),
     "plumbob audit my.xml theirs --jobs 2": "seconds a model: test_several_audits.py has its own",
+    "plumbob audit my.xml --write-fixed fixed.xml": (
+        "seconds of every core: tests/audit/test_fixed_file.py does it on small models"
+    ),
+    "plumbob audit half_cheetah.xml --ctrl sines --write-fixed fixed.xml": (
+        "a file of another package: tests/audit/test_fixed_file.py has it"
+    ),
     "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package",
     "plumbob audit half_cheetah.xml --ctrl sines --engines all": (
         "a file of another package: tests/peers/test_engines_of_audits.py has its own"
@@ -87,6 +93,8 @@ NOT_RUN = {
     "plumbob audit go2/scene_flat.xml --contacts --keyframe home --friction 0.3": (
         "a file of another package"
     ),
+    "plumbob view capsule-line": "a window: tests/commands/test_view_command.py",
+    "plumbob view my.xml --gif my.gif --ctrl sines": "a renderer: test_view_command.py has its own",
     "plumbob plan --to 0.3 0.1 3.14": "the same with --method plans it, and runs it",
 }
 

@@ -30,6 +30,7 @@ from plumbob.engines.abilities import (
     Trimming,
     UserModels,
     UserSettings,
+    Views,
 )
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method, Simulation
@@ -39,8 +40,9 @@ from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case
 
 if TYPE_CHECKING:
     from plumbob.analytic.reference import Array, Signals
+    from plumbob.engines.abilities import View
     from plumbob.engines.own_contacts import ContactModel
-    from plumbob.engines.own_motion import Change, OwnModel, Start
+    from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.engines.stepper import SceneMechanism
     from plumbob.models.gradient import Number
@@ -217,6 +219,35 @@ def _write_trimmed(source: Path, changes: Sequence[Change], target: Path) -> tup
     return write_without(source, changes, target)
 
 
+def _write_fixed(source: Path, fix: FileFix, target: Path) -> FixPlace:
+    """Writes the file `source` to `target` with the changes that an audit advises, and returns the
+    place of the options in it; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.own_model.file_text import write_fixed
+
+    return write_fixed(source, fix, target)
+
+
+def _view_of_scene(case: Case, method: Method, step: float) -> View:
+    """Returns a case to look at; raises Unsupported and ParameterError."""
+    from plumbob.engines.adapters.mujoco.viewing import view_of_scene
+
+    return view_of_scene(case, method, step)
+
+
+def _view_of_file(path: Path, start: Start, controls: Array | None, period: float) -> View:
+    """Returns a user's model to look at; raises ParameterError and NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.viewing import view_of_file
+
+    return view_of_file(path, start, controls, period)
+
+
+def _choose_platform() -> None:
+    """Chooses how pictures are rendered; raises Unsupported."""
+    from plumbob.engines.adapters.mujoco.offscreen import choose_platform
+
+    choose_platform()
+
+
 def _collect_messages() -> AbstractContextManager[list[str]]:
     """Returns a context in which MuJoCo's messages are collected, and not printed."""
     from plumbob.engines.adapters.mujoco.options import collected
@@ -249,6 +280,9 @@ ENGINE = Engine(
             "inverse", _inverse_derivatives, beside=partial(_inverse_derivatives, beside=True)
         ),
         OwnFit("sysid", _fit),
-        UserModels(_user_model, _user_contacts, _write_trimmed, _collect_messages),
+        Views(_view_of_scene, _view_of_file, _choose_platform),
+        UserModels(
+            _user_model, _user_contacts, _write_trimmed, _write_fixed, _collect_messages
+        ),
     ),
 )

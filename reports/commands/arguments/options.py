@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
@@ -23,31 +24,45 @@ NAMES = "names"  # placeholder of the text that lists the parameters of --set
 def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> None:
     """Declares the arguments of the command `name` and those that its `module` adds.
 
-    The command's TOML file has a table for each argument. The table's name is the argument's
-    names, and its entries go to argparse as they are, except four. {NAME} in a text is the constant
-    NAME of the module. `kind` is the function of `values` that reads the argument; `kinds` is the
-    function that reads each part of a list. Exactly one of the arguments with `one_of` has to be
-    given. An empty table stands for the table in `shared.toml`."""
+    The command's TOML file has a table for each argument, and `examples` of the command, which
+    --help shows. The table's name is the argument's names, and its entries go to argparse as they
+    are, except five. {NAME} in a text is the constant NAME of the module. `kind` is the function of
+    `values` that reads the argument; `kinds` is the function that reads each part of a list.
+    Exactly one of the arguments with `one_of` has to be given. `group` is the title under which
+    --help lists the argument. An empty table stands for the table in `shared.toml`."""
     parser.set_defaults(readers={})
     file = OPTIONS / f"{name}.toml"
     if file.is_file():
         constants = vars(module) | {"USER_METHOD": USER_METHOD}
         shared = _read_toml(OPTIONS / "shared.toml", constants)
         alternatives: Any = None
-        for key, table in _read_toml(file, constants).items():
+        tables = _read_toml(file, constants)
+        _show_examples(parser, tables.pop("examples"))
+        groups: dict[str, Any] = {"": parser}
+        for key, table in tables.items():
             if key == "parameters":
-                parser.formatter_class = _Help
                 parser.epilog = NAMES
                 continue
             settings: dict[str, Any] = table or shared[key]
+            title = settings.pop("group", "")
             if settings.pop("one_of", False):
                 if alternatives is None:
                     alternatives = parser.add_mutually_exclusive_group(required=True)
                 _declare_argument(parser, alternatives, key, settings)
             else:
-                _declare_argument(parser, parser, key, settings)
+                if title not in groups:
+                    groups[title] = parser.add_argument_group(title)
+                _declare_argument(parser, groups[title], key, settings)
     if hasattr(module, "arguments"):
         module.arguments(parser)
+
+
+def _show_examples(parser: argparse.ArgumentParser, examples: list[str]) -> None:
+    """Adds examples of a command to its description in --help."""
+    parser.formatter_class = _Help
+    title = "example" if len(examples) == 1 else "examples"
+    lines = [textwrap.fill(parser.description or "", 78), "", f"{title}:"]
+    parser.description = "\n".join([*lines, *(f"  {example}" for example in examples)])
 
 
 def _declare_argument(
@@ -71,7 +86,11 @@ def _declare_argument(
 
 
 def read_values(chosen: argparse.Namespace) -> None:
-    """Replaces the texts of the arguments by their values. Raises ParameterError."""
+    """Replaces the texts of the arguments by their values. Raises ParameterError, also if the user
+    asks for two forms of output."""
+    forms = [name for name in ("json", "csv", "latex") if getattr(chosen, name, False)]
+    if len(forms) > 1:
+        raise ParameterError(forms[1], True, f"left out with --{forms[0]}")
     for name, reader in chosen.readers.items():
         text = getattr(chosen, name)
         if text is not None:

@@ -6,7 +6,6 @@ import argparse
 import json
 import math
 import os
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from plumbob.engines.box import Side
     from plumbob.engines.method import Method
     from plumbob.models.scene import Scene
+    from plumbob.reports.data.columns import Columns
 
 T = TypeVar("T")
 REPRESENTABLE = "such that double precision holds the exact solution"
@@ -206,9 +206,20 @@ def all_finite(changed: Mapping[str, Any], *answers: Signals) -> None:
             raise changed_beyond(changed, REPRESENTABLE)
 
 
-def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: Any) -> None:
-    """Prints `record` as JSON if the user asks for JSON. Otherwise prints the lines that `template`
-    makes of the `values`."""
+def show(
+    chosen: argparse.Namespace,
+    record: Any,
+    template: str,
+    /,
+    *,
+    columns: Callable[[], Columns] | None = None,
+    **values: Any,
+) -> None:
+    """Prints `record` as JSON, or the table `columns` as CSV or LaTeX, if the user asks for that.
+    Otherwise prints the lines that `template` makes of the `values`."""
+    if as_table(chosen) and columns is not None:
+        print_table(chosen, columns())
+        return
     if chosen.json:
         print_json(record)
         return
@@ -217,12 +228,21 @@ def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: An
     print(*terminal_lines(template, **values), sep="\n")
 
 
+def as_table(chosen: argparse.Namespace) -> bool:
+    """Returns whether the user asks for a table as CSV or LaTeX, in place of text or JSON."""
+    return bool(getattr(chosen, "csv", False) or getattr(chosen, "latex", False))
+
+
+def print_table(chosen: argparse.Namespace, table: Columns) -> None:
+    """Prints a table as CSV, or for a paper as LaTeX, as the user asks."""
+    print(table.to_csv() if chosen.csv else table.to_latex(), end="")
+
+
 def print_json(value: Any) -> None:
     """Prints `value` on stdout as JSON."""
-    from plumbob.reports.records.plain_data import FOR_JSON, plain
+    from plumbob.reports.records.plain_data import json_text
 
-    json.dump(plain(value, FOR_JSON), sys.stdout, indent=1)
-    print()
+    print(json_text(value))
 
 
 def default_step(method: Method) -> float:

@@ -15,6 +15,7 @@ from plumbob.engines.audit.step_errors import StateErrors, StepComparison
 from plumbob.engines.audit.trims import Trim
 from plumbob.engines.derivative_ways import CENTRAL
 from plumbob.reports.advice.audit_advice import StepChoice, audit_advice
+from plumbob.reports.advice.fixed_file import FixedFile
 from plumbob.reports.records.plain_data import FOR_JSON, plain
 from plumbob.reports.view.audit.page import package_versions, to_do_text
 
@@ -71,6 +72,21 @@ def _motion(audit: Audit) -> Plain:
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
         "seconds": audit.seconds,
+    }
+
+
+def fixed_record(fixed: FixedFile) -> Plain:
+    """Returns a file into which the advice of an audit is written, as a JSON object: its options,
+    and the errors [m] before, as promised, and as its own audit found them."""
+    options = {name: value for name, (_, value) in fixed.choice.options.items()}
+    return {
+        "file": str(fixed.path),
+        "place": fixed.place,
+        "options": options,
+        "refsafe_disabled": fixed.choice.unguarded,
+        **_attributes(fixed, "until", "before", "promised", "error", "uncertainty", "kept"),
+        "why": fixed.audit.reference.why,
+        **spread(fixed.choice.cost),
     }
 
 

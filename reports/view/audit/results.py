@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.reports.advice.fixed_file import FIXED_SECONDS, FixedFile, write_fixed_file
 from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, card_lines
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.page import fill_page
@@ -93,8 +94,18 @@ class MotionResult(_Shown, Audit):
 
     `stability` holds the largest stable steps [s], `trims` the features that can be left out,
     `gradient` the derivatives, and `seconds` the wall time. `assert_within(metres)`,
-    `assert_referenced()` and `assert_stable()` raise AssertionError.
+    `assert_referenced()` and `assert_stable()` raise AssertionError. `write_fixed(path)` writes the
+    advice into a copy of the model file.
     """
+
+    def write_fixed(self, path: str | Path, budget: float = FIXED_SECONDS) -> FixedFile:
+        """Writes the advised integrator and step into the text of the model file, as the new file
+        `path`, and audits the new file on the same motion, in about `budget` [s] of processor time.
+
+        Returns the new file's `error` [m], the `promised` one and their `uncertainty` [m], `kept`,
+        and the whole `audit`. Raises NothingToFix, a ValueError, if the advice is to keep the step,
+        and ParameterError if the model was no file, or `path` exists or cannot be written."""
+        return write_fixed_file(self, Path(path), positive("budget", budget))
 
 
 class ContactResult(_Shown, ContactAudit):

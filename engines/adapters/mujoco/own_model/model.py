@@ -118,6 +118,8 @@ class MujocoModel:
     # Format of the file. MuJoCo reads options of a URDF file from its element <mujoco>: "urdf" has
     # none, "extended urdf" has one.
     format: str = "mjcf"
+    file: Path | None = None  # the file with the model's text; None if there is none
+    begin: Start = AS_IT_STANDS  # the start as the user has given it
     drive: Callable[[float], Array] | None = None
     """The control of the continuous motion at a time [s], in place of a script's control."""
 
@@ -499,7 +501,8 @@ def model_of_own(model: Any, start: Start) -> MujocoModel:
     if isinstance(model, (str, Path)) and Path(model).suffix != ".mjb":
         path = Path(model)
         notes = (*ready.notes, *urdf.urdf_notes(path))
-        return replace(ready, notes=notes, format=urdf.file_format(path))
+        file_format = urdf.file_format(path)
+        return replace(ready, notes=notes, format=file_format, file=path.resolve(), begin=start)
     return ready
 
 

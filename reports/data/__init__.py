@@ -1,0 +1,1 @@
+"""Stored results as columns, for other programs, spreadsheets and papers."""
