@@ -60,8 +60,10 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
         return Convergence("converges", reason)
     finest = maxima[-1]
     if resolved[finest] and errors[finest] >= STALLED_RATIO * errors[maxima[-3]]:
-        times = f"{errors[finest] / round_offs[finest]:.2g} times the round-off level"
-        reason = f"the relative error stays at {errors[finest]:.3g}, {times}"
+        reason = f"the relative error stays at {errors[finest]:.3g}"
+        if round_offs[finest]:  # an exact zero has no rounding
+            multiple = errors[finest] / round_offs[finest]
+            reason += f", {multiple:.2g} times the round-off level"
         return Convergence("not-converging", reason)
     if len(resolved_maxima) < LEAST_OCTAVES:
         reason = f"{len(resolved_maxima)} octaves above the round-off level; {smallest}"
