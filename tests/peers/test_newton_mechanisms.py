@@ -7,12 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.analytic.stability import exponent
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.stepper import State
+from plumbob.engines.study import stability
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, stability_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.peers.test_dart_mechanisms import (
     BALL,
@@ -150,6 +152,16 @@ def test_a_hinge_that_turns_many_times_between_two_readings_keeps_its_angle():
     made.put(State(np.zeros(1), np.array([20.0])))
     made.advance(None, 10)
     assert made.state().qpos[0] == pytest.approx(20.0, rel=CLOSE)
+
+
+def test_rounding_of_single_precision_is_no_growth_of_a_nudge(monkeypatch):
+    """The limit of this motion is 1.9 s. In the search for it, 1.3e-8 was the nudge of the start,
+    a tenth of a unit in the last place: rounding made it grow 1000-fold at a step of 0.3 s."""
+    monkeypatch.setattr(stability, "MIN_RUN_STEPS", 1000)
+    case = case_of(find_scene("cone-pendulum/pitchfork"))
+    trials = stability.Trials(case, find_method("newton/featherstone"), stability_of(case))
+    number = exponent(0.3 / trials.fastest)
+    assert trials.keeps_nudge_small(number), trials.outcome(number)
 
 
 # The first two load the fewest kernels, which takes most of their time.
