@@ -21,8 +21,8 @@ from plumbob.engines.stepper import State
 
 class Coordinates:
     """Converts the coordinates of joints between MuJoCo and Newton. `centres` has the centre of
-    mass of the body that each joint moves [m]. If a solver is `maximal`, its state has bodies, which
-    give the angle of a hinge up to whole turns; other solvers have the angle itself."""
+    mass of the body that each joint moves [m]. If a solver is `maximal`, its state has bodies,
+    which give the angle of a hinge up to whole turns; other solvers have the angle itself."""
 
     def __init__(
         self, joints: Sequence[Joint], centres: Sequence[Array], *, maximal: bool
@@ -61,9 +61,9 @@ class Coordinates:
         return positions, rates
 
     def from_newton(self, joint_q: Array, joint_qd: Array, latest: State) -> State:
-        """The state from Newton's coordinates and rates. The sign of each quaternion, and the number
-        of whole turns of a hinge if it is unknown, are those that are nearest to the `latest`
-        state."""
+        """The state from Newton's coordinates and rates. The sign of each quaternion, and the
+        number of whole turns of a hinge if it is unknown, are those that are nearest to the
+        `latest` state."""
         positions = joint_q[: len(self._reference)] + self._reference
         rates = joint_qd[: self._degrees].copy()
         hinges = self._without_turns
