@@ -33,9 +33,7 @@ def derivatives(
     steppers, constants = zip(
         *(_start(scene, method, step, steps) for scene in scenes), strict=True
     )
-    for name, value in constants[0].items():
-        if not np.array_equal(value, constants[2][name]):
-            raise Unsupported(f"{name} is no parameter in a context of Drake")
+    _require_equal(constants[0], constants[2])
     end = _end_state(steppers, difference, steps, step)
     stepper = steppers[1]
     values = np.array([x.value() for x in end])
@@ -44,6 +42,13 @@ def derivatives(
     by_qpos, by_qvel = _by_joints(stepper, slopes)
     reference = np.concatenate([joint.reference for joint in stepper.mechanism.joints])
     return EndDerivatives(qpos + reference, by_qpos, qvel, by_qvel)
+
+
+def _require_equal(constants: Mapping[str, Array], others: Mapping[str, Array]) -> None:
+    """Raises Unsupported, with the name of the constant, if a constant differs from the other."""
+    for name, value in constants.items():
+        if not np.array_equal(value, others[name]):
+            raise Unsupported(f"{name} is no parameter in a context of Drake")
 
 
 def _end_state(
