@@ -38,8 +38,10 @@ from plumbob.models.scene import Case, Scene
 
 # Sizes of the nudge of the start, relative to the scales of the state. If the exact motion and
 # LOST_GROWTH would magnify START_NUDGE to the size of the motion, the nudge is smaller, but far
-# above the resolution of a double.
+# above the resolution of a double. In single precision the nudge is 80 units in the last place:
+# LOST_GROWTH makes it a hundredth of the motion, and ten thousand roundings remain below that.
 START_NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
+SINGLE_NUDGE = 1e-5
 # Shortest duration of a run: steps, and periods of the fastest mode.
 MIN_RUN_STEPS, MIN_RUN_PERIODS = 10_000, 100
 PILOT = 500  # steps of pilot runs, which show most failures at little cost
@@ -276,6 +278,8 @@ class Trials:
     @cached_property
     def nudge(self) -> float:
         """The relative size of the nudge."""
+        if scheme_of(self.case, self.method).unit > 1.0:
+            return SINGLE_NUDGE
         growth = (
             self.theory.growth(MIN_RUN_STEPS * self.fastest * FIRST_TRIAL_STEP)
             if self.theory

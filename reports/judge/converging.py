@@ -60,9 +60,7 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
         return Convergence("converges", reason)
     finest = maxima[-1]
     if resolved[finest] and errors[finest] >= STALLED_RATIO * errors[maxima[-3]]:
-        times = f"{errors[finest] / round_offs[finest]:.2g} times the round-off level"
-        reason = f"the relative error stays at {errors[finest]:.3g}, {times}"
-        return Convergence("not-converging", reason)
+        return Convergence("not-converging", _plateau(errors[finest], round_offs[finest]))
     if len(resolved_maxima) < LEAST_OCTAVES:
         reason = f"{len(resolved_maxima)} octaves above the round-off level; {smallest}"
         return Convergence(None, reason)
@@ -71,6 +69,13 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
         reason = f"the error does not fall as a power of the step; {smallest}"
         return Convergence(None, reason)
     return _falling_verdict(steps[resolved], errors[resolved], ends[resolved], slope, smallest)
+
+
+def _plateau(error: float, round_off: float) -> str:
+    """Says at which relative error a method stays, and how far above its round-off level."""
+    stays = f"the relative error stays at {error:.3g}"
+    # An exact zero has no rounding.
+    return f"{stays}, {error / round_off:.2g} times the round-off level" if round_off else stays
 
 
 def _falling_verdict(

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gmpy2 import mpfr
+from scipy.integrate import solve_ivp
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
@@ -138,3 +139,64 @@ def test_uncertainty_is_not_excessive():
     times = np.array([0.5, 50.0])
     theta = STEEL.motion.uncertainty(times)["theta"]
     assert (theta <= 1e-13 * (1 + STEEL.motion.phase(times))).all()
+
+
+EQUAL_WELLS = ConePendulum(
+    solid_cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.0, 10.0, 9.8, 1e-3, 0.0
+)  # next to the saddle between two equal wells
+
+
+def responses_to_a_push(motion, times):
+    """The first-order and the second-order part of the response of theta and theta_dot to a rate
+    that is larger by 1 rad/s at the first of `times` [s], shapes (2, n), by variations."""
+    v = motion.potential
+    a, b, c = (float(double(part)) / motion.inertia for part in (v.a, v.b, v.c))
+
+    def slopes(_, state):
+        """The rates of the motion and of its first two variations."""
+        theta, rate, first, first_rate, second, second_rate = state
+        sine, cosine = math.sin(theta), math.cos(theta)
+        stiffness = 2 * a * math.cos(2 * theta) - b * sine - c * cosine
+        bending = -4 * a * math.sin(2 * theta) - b * cosine + c * sine
+        bent = stiffness * second + bending * first**2
+        return [
+            rate,
+            (2 * a * sine + b) * cosine - c * sine,
+            first_rate,
+            stiffness * first,
+            second_rate,
+            bent,
+        ]
+
+    theta, rate = motion.state(times[[0]])
+    begin = [theta[0], rate[0], 0.0, 1.0, 0.0, 0.0]
+    span = times[0], times[-1]
+    # The ratios that are compared differ from their bounds by 10 % or more.
+    states = solve_ivp(slopes, span, begin, "DOP853", times, rtol=1e-11, atol=1e-13).y
+    return states[2:4], states[4:6] / 2.0
+
+
+@pytest.mark.parametrize(
+    ("pendulum", "turns"),
+    [
+        (EQUAL_WELLS, 2.8),
+        (replace(STEEL, theta_dot=1.0, excess=1e-4), 1.5),
+        (replace(STEEL, theta_dot=1.0, excess=-1e-4), 1.5),
+    ],
+    ids=["equal wells", "above the barrier", "below the barrier"],
+)
+def test_the_nonlinearity_bounds_the_second_order_response(pendulum, turns):
+    """Next to a saddle a change of the energy changes the period, and the angle moves along the
+    orbit: the second orders of both act on the same observables at once."""
+    motion = pendulum.motion
+    orbit = np.linspace(0.0, motion.period, 1001)
+    fastest = orbit[np.abs(motion.state(orbit)[1]).argmax()]
+    times = np.linspace(fastest, fastest + turns * motion.period, 2001)
+    first, second = responses_to_a_push(motion, times)
+    nonlinearity = motion.nonlinearity(
+        times, dict(zip(("theta", "theta_dot"), first, strict=True))
+    )
+    largest = np.maximum.accumulate(np.abs(first), axis=1)
+    ratio = (np.abs(second[:, 1:]) / largest[:, 1:]).max() / nonlinearity
+    # at most the bound, and no less than half of it: each effect adds half of its part or more
+    assert 0.5 < ratio < 1.0

@@ -7,12 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.analytic.stability import exponent
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.stepper import State
+from plumbob.engines.study import stability
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, stability_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.peers.test_dart_mechanisms import (
     BALL,
@@ -128,7 +130,7 @@ def test_coordinates_of_balls_and_free_bodies_come_back():
     joints = compiled_mechanism(model).joints
     centres = (np.array([0.1, 0.2, 0.3]), np.zeros(3))
     state = State(qpos, qvel)
-    coordinates = Coordinates(joints, centres)
+    coordinates = Coordinates(joints, centres, maximal=False)
     places, rates = coordinates.to_newton(state)
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = qpos, qvel
@@ -139,6 +141,27 @@ def test_coordinates_of_balls_and_free_bodies_come_back():
     back = coordinates.from_newton(places, rates, state)
     np.testing.assert_allclose(back.qpos, qpos, atol=1e-14)
     np.testing.assert_allclose(back.qvel, qvel, atol=1e-14)
+
+
+def test_a_hinge_that_turns_many_times_between_two_readings_keeps_its_angle():
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><option gravity="0 0 0"/><worldbody><body><joint axis="0 0 1"/>
+        <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
+    )
+    made = stepper(compiled_mechanism(model), FEATHERSTONE, 0.1)
+    made.put(State(np.zeros(1), np.array([20.0])))
+    made.advance(None, 10)
+    assert made.state().qpos[0] == pytest.approx(20.0, rel=CLOSE)
+
+
+def test_rounding_of_single_precision_is_no_growth_of_a_nudge(monkeypatch):
+    """The limit of this motion is 1.9 s. In the search for it, 1.3e-8 was the nudge of the start,
+    a tenth of a unit in the last place: rounding made it grow 1000-fold at a step of 0.3 s."""
+    monkeypatch.setattr(stability, "MIN_RUN_STEPS", 1000)
+    case = case_of(find_scene("cone-pendulum/pitchfork"))
+    trials = stability.Trials(case, find_method("newton/featherstone"), stability_of(case))
+    number = exponent(0.3 / trials.fastest)
+    assert trials.keeps_nudge_small(number), trials.outcome(number)
 
 
 # The first two load the fewest kernels, which takes most of their time.

@@ -12,12 +12,12 @@ ABOUT = (Quantity("x", 2.0),)
 STEPS = steps_between((1e-2, 1e-4), 1.0, own=False)
 
 
-def verdict(error, steps=STEPS):
+def verdict(error, steps=STEPS, uncertainty=1e-16):
     """What errors at steps show."""
     runs = []
     for step in steps:
         x = error(step)
-        errors = {"x": ObservedError(abs(x), x, 1e-16, 2.0)}
+        errors = {"x": ObservedError(abs(x), x, uncertainty, 2.0)}
         runs.append(Measurement("s", "m", step, "done", errors=errors, steps=round(1.0 / step)))
     found = convergence(runs, ABOUT)
     return found.verdict, found.reason
@@ -45,6 +45,12 @@ def test_a_plateau_does_not_converge(least):
     """One that is as large as the error of the finest step, 1e-4, and not only one that is seen."""
     assert verdict(lambda h: h + least)[0] == "not-converging"
     assert verdict(lambda h: h * saw(h) + 20.0 * least)[0] != "converges"
+
+
+def test_a_plateau_of_an_exact_zero_has_no_round_off_level():
+    """A body at rest is known without rounding: a drift is no multiple of a round-off level."""
+    found, why = verdict(lambda h: 1e-6, uncertainty=0.0)
+    assert (found, why) == ("not-converging", "the relative error stays at 5e-07")
 
 
 def test_errors_at_the_round_off_level_converge():

@@ -284,14 +284,17 @@ class PendulumMotion:
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
-        larger of the angle's error, and of the energy's error over the sum of the kinetic energy
-        and the distance from the nearest barrier."""
+        largest error of the angle, plus the largest error of the energy over the sum of the kinetic
+        energy and the distance from the nearest barrier.
+
+        The two are added, since both effects of second order move the state along its orbit: the
+        curvature of the orbit, and the period, which the energy changes."""
         theta, rate = self._raw_state(times)
         torque = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
         energy_error = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
         gaps = double(np.abs(self.energy - self.barriers))
         ratio = np.abs(energy_error) / (self.inertia * rate**2 / 2 + gaps.min(initial=np.inf))
-        return float(max(np.abs(errors["theta"]).max(), ratio.max()))
+        return float(np.abs(errors["theta"]).max() + ratio.max())
 
     @property
     def rotor(self) -> DrivenRotor:

@@ -28,7 +28,9 @@ from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import Forces, State
 from plumbob.engines.tangent_space import exponential, logarithm
 
-FASTEST = 1e150  # [rad/s] or [m/s] rate above which squares of rates are not finite
+# [rad/s] or [m/s]: a run with a larger rate has diverged. Up to this rate a mass or an inertia of
+# 1e108 times the square of a rate is finite.
+FASTEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -109,8 +111,8 @@ class DartStepper:
         """The present state. The sign of a quaternion is the sign that is nearer to the quaternion
         that was put or read last.
 
-        DART sets accelerations that are not finite to zero, and continues. If a rate is so large
-        that its square is not finite, all numbers of the state are therefore nan."""
+        DART leaves out forces and accelerations that are not finite, and continues. If a rate
+        exceeds FASTEST, all numbers of the state are therefore nan."""
         positions = list[Array]()
         velocities = list[Array]()
         for number, (joint, dart_joint) in enumerate(self._joints):

@@ -3,7 +3,7 @@ discrete plant is stepped from a context whose state and parameters are such num
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,8 +33,7 @@ def derivatives(
     steppers, constants = zip(
         *(_start(scene, method, step, steps) for scene in scenes), strict=True
     )
-    if not all(map(np.array_equal, constants[0], constants[2])):
-        raise Unsupported("the number is no parameter in a context of Drake")
+    _require_equal(constants[0], constants[2])
     end = _end_state(steppers, difference, steps, step)
     stepper = steppers[1]
     values = np.array([x.value() for x in end])
@@ -43,6 +42,13 @@ def derivatives(
     by_qpos, by_qvel = _by_joints(stepper, slopes)
     reference = np.concatenate([joint.reference for joint in stepper.mechanism.joints])
     return EndDerivatives(qpos + reference, by_qpos, qvel, by_qvel)
+
+
+def _require_equal(constants: Mapping[str, Array], others: Mapping[str, Array]) -> None:
+    """Raises Unsupported, with the name of the constant, if a constant differs from the other."""
+    for name, value in constants.items():
+        if not np.array_equal(value, others[name]):
+            raise Unsupported(f"{name} is no parameter in a context of Drake")
 
 
 def _end_state(
@@ -74,10 +80,11 @@ def _by_joints(stepper: DrakeStepper, values: Array) -> tuple[Array, Array]:
 
 def _start(
     scene: SceneMechanism, method: Method, step: float, steps: int
-) -> tuple[DrakeStepper, tuple[Array, ...]]:
+) -> tuple[DrakeStepper, Mapping[str, Array]]:
     """Returns a stepper at the start of a scene, whose source has the forces of `steps` steps, and
-    the numbers of the diagram that no context contains: gravity, the gains of actuators, and the
-    forces of the source. Raises Unsupported if the mechanism is no tree of hinges and slides."""
+    the numbers of the diagram that no context contains, by their names: gravity, the gains of
+    actuators, and the forces of the source. Raises Unsupported if the mechanism is no tree of
+    hinges and slides."""
     mechanism = scene.mechanism
     kinds = {joint.kind for joint in mechanism.joints}
     if mechanism.touching or mechanism.loops or kinds - set(ONE_AXIS):
@@ -92,7 +99,12 @@ def _start(
     gears = np.array([actuator.gear for actuator in actuators] + [1.0] * len(motors.held))
     gains = [actuator.gear**2 * np.array(actuator.bias[1:]) for actuator in actuators]
     forces = gears * motors.forces(controls, times)
-    return stepper, (mechanism.gravity, np.ravel(gains), forces)
+    constants = {
+        "gravity": mechanism.gravity,
+        "an actuator's gain": np.ravel(gains),
+        "a motor's force": forces,
+    }
+    return stepper, constants
 
 
 def _set_derivatives(context: Any, starts: list[Any], difference: float) -> None:

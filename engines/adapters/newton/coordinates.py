@@ -21,17 +21,20 @@ from plumbob.engines.stepper import State
 
 class Coordinates:
     """Converts the coordinates of joints between MuJoCo and Newton. `centres` has the centre of
-    mass of the body that each joint moves [m]."""
+    mass of the body that each joint moves [m]. If a solver is `maximal`, its state has bodies,
+    which give the angle of a hinge up to whole turns; other solvers have the angle itself."""
 
-    def __init__(self, joints: Sequence[Joint], centres: Sequence[Array]) -> None:
+    def __init__(
+        self, joints: Sequence[Joint], centres: Sequence[Array], *, maximal: bool
+    ) -> None:
         places = list(joint_places(joints))
         self._reference = np.concatenate(
             [0.0 * x.reference if x.kind in TURNING else x.reference for x in joints]
         )
-        self._hinges = [
+        self._without_turns = [  # places of the angles whose whole turns are unknown
             place.start
             for joint, (place, _) in zip(joints, places, strict=True)
-            if joint.kind == "hinge"
+            if maximal and joint.kind == "hinge"
         ]
         # for each joint with a quaternion: the number after its last coordinate, the number after
         # its last rate, and the centre of mass if the joint is free
@@ -58,13 +61,14 @@ class Coordinates:
         return positions, rates
 
     def from_newton(self, joint_q: Array, joint_qd: Array, latest: State) -> State:
-        """The state from Newton's coordinates and rates. The sign of each quaternion, and
-        the number of whole turns of each hinge, are those that are nearest to the `latest`
-        state."""
+        """The state from Newton's coordinates and rates. The sign of each quaternion, and the
+        number of whole turns of a hinge if it is unknown, are those that are nearest to the
+        `latest` state."""
         positions = joint_q[: len(self._reference)] + self._reference
         rates = joint_qd[: self._degrees].copy()
-        difference = latest.qpos[self._hinges] - positions[self._hinges]
-        positions[self._hinges] += 2.0 * math.pi * np.round(difference / (2.0 * math.pi))
+        hinges = self._without_turns
+        difference = latest.qpos[hinges] - positions[hinges]
+        positions[hinges] += 2.0 * math.pi * np.round(difference / (2.0 * math.pi))
         for end, end_of_rates, centre in self._turning:
             attitude = positions[end - 4 : end]
             spin = rates[end_of_rates - 3 : end_of_rates]

@@ -45,7 +45,8 @@ class NewtonStepper:
         self.built = built
         self.mechanism = built.mechanism
         joints = self.mechanism.joints
-        self._coordinates = Coordinates(joints, built.centres)
+        self._maximal = solver == "xpbd"  # whether the solver's state has bodies, and no joints
+        self._coordinates = Coordinates(joints, built.centres, maximal=self._maximal)
         self._reference = np.concatenate([joint.reference for joint in joints])
         self._first_rates = [place.start for _, place in joint_places(joints)]
         self._present = built.model.state()
@@ -55,7 +56,6 @@ class NewtonStepper:
         if solver == "xpbd":
             arguments.setdefault("enable_restitution", bounces(self.mechanism))
         self.solver = SOLVERS[solver](built.model, **arguments)
-        self._maximal = solver == "xpbd"  # whether the solver's state has bodies, and no joints
         self._step_graph = self._record_step()
         self._reading_graph = self._record_reading() if self._maximal else None
         self._start_time = 0.0  # [s]
