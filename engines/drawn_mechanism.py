@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,7 @@ if TYPE_CHECKING:  # scipy takes long to load
     from scipy.spatial.transform import Rotation
 
 # number of coordinates of a joint
-WIDTHS = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
+JOINT_WIDTHS = MappingProxyType({"hinge": 1, "slide": 1, "ball": 4, "free": 7})
 DOWN = np.array([0.0, 0.0, -1.0])  # direction of gravity in the picture if there is no gravity
 
 
@@ -77,7 +78,7 @@ class DrawnMechanism:
         first = 0
         places = []
         for joint in self.joints:
-            first += WIDTHS[joint.kind]
+            first += JOINT_WIDTHS[joint.kind]
             if joint.kind in ("ball", "free"):
                 places.append(slice(first - 4, first))
         return tuple(places)
@@ -145,8 +146,8 @@ def frames(mechanism: DrawnMechanism, coordinates: Array) -> Frames:
         place = places[body.parent] + parent.apply(body.place)
         attitude = parent * Rotation.from_quat(body.attitude, scalar_first=True)
         for joint in body.joints:
-            values = coordinates[:, first : first + WIDTHS[joint.kind]]
-            first += WIDTHS[joint.kind]
+            values = coordinates[:, first : first + JOINT_WIDTHS[joint.kind]]
+            first += JOINT_WIDTHS[joint.kind]
             if joint.kind == "free":
                 place = values[:, :3]
                 attitude = Rotation.from_quat(values[:, 3:], scalar_first=True)

@@ -19,7 +19,7 @@ from plumbob.reports.judge.verdict import Verdict
 
 T = TypeVar("T")
 # direction from which a replay is seen: across the plane of the motion, from above, or obliquely
-View = Literal["plane", "above", "oblique"]
+ReplayView = Literal["plane", "above", "oblique"]
 # where analyses appear: on the page of a scene; on the pages of the study
 SCENE, PAGES_OF_STUDY = (
     "page of a scene",

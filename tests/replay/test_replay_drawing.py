@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.adapters.mujoco.own_model.solids import solids
+from plumbob.engines.adapters.mujoco.solids import solids
 from plumbob.engines.drawn_mechanism import frames
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.adapters.mujoco.options import collected, compiled
-from plumbob.engines.adapters.mujoco.own_model.solids import solids
+from plumbob.engines.adapters.mujoco.solids import solids
 from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.translation import filled
 from plumbob.engines.drawn_mechanism import SceneDrawing, drawn_mechanism

@@ -151,7 +151,7 @@ def assemble_replay(
     `times` [s], which may end earlier; `exact` is its layer, and `lacking` are the names of the
     runs that did not reach their end."""
     seconds = float(times[-1])
-    sizes = [size for run in runs if (size := float(run.errors.max()) / picture.size)]
+    sizes = [float(run.errors.max()) / picture.size for run in runs if run.errors.any()]
     # The largest magnification keeps the errors of at least one run within the picture.
     powers = [10**k for k in range(MAX_FACTOR_EXPONENT + 1)]
     factors = [f for f in powers if f == 1 or any(f * size < 1.0 for size in sizes)]

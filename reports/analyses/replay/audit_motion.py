@@ -25,20 +25,23 @@ def audit_replay(audit: Audit) -> Replay | None:
     mechanism = model.drawn
     if audit.found is None or audit.still or not any(s.body for s in mechanism.solids):
         return None
-    exact_states, own_states = audit.states
-    displacements = model.corners(own_states) - model.corners(exact_states)
+    states = audit.states
+    width = model.layout.velocity.start
+    exact, own = (_continued(mechanism, values[:, :width]) for values in states)
+    displacements = np.subtract(*map(model.corners, states))
     errors = np.linalg.norm(displacements, axis=2).max(axis=1)
-    width = model.layout.velocity.start  # number of coordinates
-    exact = _continued(mechanism, exact_states[:, :width])
-    own = _continued(mechanism, own_states[:, :width])
     times = audit.script.times[: audit.found.index + 1]
-    count = min(MAX_REPLAY_SAMPLES, max(MAX_REPLAY_NUMBERS // width, FEWEST_REPLAY_SAMPLES))
-    grid = np.linspace(0.0, float(times[-1]), count)
-    picture = Picture(mechanism, interpolated(times, exact, grid))
+    fitting = max(MAX_REPLAY_NUMBERS // width, FEWEST_REPLAY_SAMPLES)
+    grid = np.linspace(0.0, float(times[-1]), min(MAX_REPLAY_SAMPLES, fitting))
     layer = Layer("first", f"{audit.integrator} at {seconds(audit.step)}", "the model's own")
-    run = drawn_run(layer, times, own - exact, errors)
-    certified = Layer("exact", "certified motion", "")
-    return assemble_replay(audit.name, audit.script.duration, picture, grid, [run], certified)
+    return assemble_replay(
+        audit.name,
+        audit.script.duration,
+        Picture(mechanism, interpolated(times, exact, grid)),
+        grid,
+        [drawn_run(layer, times, own - exact, errors)],
+        Layer("exact", "certified motion", ""),
+    )
 
 
 def _continued(mechanism: DrawnMechanism, coordinates: Array) -> Array:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
-from plumbob.engines.drawn_mechanism import WIDTHS, DrawnMechanism, SceneDrawing, frames
+from plumbob.engines.drawn_mechanism import JOINT_WIDTHS, DrawnMechanism, SceneDrawing, frames
 from plumbob.models.scene import Case
 
-MOST_CORRECTIONS = 8  # most corrections of a motion's coordinates; most motions need one or two
+MOST_REPEATS = 8  # most corrections of a motion's coordinates; most motions need one or two
 DONE = 1e-12  # [m, rad] largest correction after which there is no other
 # samples of a motion in which the jumps of a prescribed velocity are no more than a pixel
 FINE_SAMPLES = 16_001
 ROUNDED = 1e-15  # [m, rad] largest change of a coordinate that is rounding alone
-NUDGE = 1e-6  # [m, rad] change of a coordinate that gives a derivative
+COORDINATE_NUDGE = 1e-6  # [m, rad] change of a coordinate that gives a derivative
 # smallest singular value, relative to the largest one, of a change that observables determine
 LEAST_EFFECT = 1e-6
 
@@ -46,7 +46,7 @@ def with_prescribed_joints(case: Case, drawing: SceneDrawing) -> SceneDrawing:
             rates = velocities[joint.name](times)
             moved = np.cumsum(step * (rates[:-1] + rates[1:]) / 2.0)
             coordinates[1:, first] = coordinates[0, first] + moved
-        first += WIDTHS[joint.kind]
+        first += JOINT_WIDTHS[joint.kind]
     return SceneDrawing(drawing.mechanism, coordinates)
 
 
@@ -74,34 +74,38 @@ def coordinate_changes(
     of a case by `wanted`, shape (n,) each, and keep the loops of the mechanism closed."""
     before = shown_observables(case, coordinates)
     names = [name for name in wanted if name in before]
-    quaternions = mechanism.quaternions
     changes = np.zeros_like(coordinates)
 
     def missing(changes: Array) -> Array:
-        """Returns what the changes lack of those wanted and of quaternions of length 1, and the
-        gaps of the loops, shape (n, k)."""
+        """Returns what the changes lack of those wanted, of quaternions of length 1, and of closed
+        loops, shape (n, k)."""
         near = coordinates + changes
         after = shown_observables(case, near)
         rows = [wanted[name] - (after[name] - before[name]) for name in names]
-        rows += [1.0 - np.square(near[:, place]).sum(axis=1) for place in quaternions]
-        if mechanism.loops:
-            placed = frames(mechanism, near)
-            for (one, other), (here, there) in mechanism.loops:
-                gap = placed.placed(one, here[None]) - placed.placed(other, there[None])
-                rows += list(-gap[:, 0].T)
-        return np.array(rows).T
+        rows += [1.0 - np.square(near[:, at]).sum(axis=1) for at in mechanism.quaternions]
+        return np.array(rows + _gaps(mechanism, near)).T
 
-    for _ in range(MOST_CORRECTIONS):
-        columns = []
-        for nudge in NUDGE * np.eye(coordinates.shape[1]):
-            difference = missing(changes - nudge) - missing(changes + nudge)
-            columns.append(difference / (2.0 * NUDGE))
-        by_coordinates = np.stack(columns, axis=2)
-        correction = np.einsum(
-            "nij,nj->ni", np.linalg.pinv(by_coordinates, LEAST_EFFECT), missing(changes)
-        )
+    for _ in range(MOST_REPEATS):
+        nudges = COORDINATE_NUDGE * np.eye(coordinates.shape[1])
+        columns = [missing(changes - nudge) - missing(changes + nudge) for nudge in nudges]
+        by_coordinates = np.stack(columns, axis=2) / (2.0 * COORDINATE_NUDGE)
+        inverse = np.linalg.pinv(by_coordinates, LEAST_EFFECT)
+        correction = np.einsum("nij,nj->ni", inverse, missing(changes))
         changes = changes + correction
         if np.abs(correction).max() <= DONE:
             break
     changes[:, np.abs(changes).max(axis=0) <= ROUNDED] = 0.0
     return changes
+
+
+def _gaps(mechanism: DrawnMechanism, coordinates: Array) -> list[Array]:
+    """Returns the distances along x, y and z that the loops of a mechanism lack, shape (n,) each,
+    at coordinates, shape (n, k)."""
+    if not mechanism.loops:
+        return []
+    placed = frames(mechanism, coordinates)
+    gaps = list[Array]()
+    for (one, other), (here, there) in mechanism.loops:
+        gap = placed.placed(other, there[None]) - placed.placed(one, here[None])
+        gaps += list(gap[:, 0].T)
+    return gaps

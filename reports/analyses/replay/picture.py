@@ -12,7 +12,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.drawn_mechanism import DrawnMechanism, Solid, frames
-from plumbob.reports.records.page_records import View
+from plumbob.reports.records.page_records import ReplayView
 
 PictureBox = tuple[float, float, float, float]  # left, right, bottom, top
 # direction of an oblique view: beside the normal to the main motion, and above the horizontal
@@ -21,16 +21,18 @@ PICTURE_ELEVATION = math.radians(20.0)
 # largest extent of a motion across a plane, or across a line, relative to the extent along it
 FLAT = 0.02
 # smallest ratio of a mechanism's height to its extent at which it hides its motion from above
-TALL = 0.5
+HIDING_HEIGHT = 0.5
 MOST_VIEWED = (
     201  # most times at which the motion is looked at to choose the view and its extent
 )
 # margins relative to the diagonal: around the motion, of a floor around it, and for the ruler
-MARGIN, FLOOR_MARGIN, RULER_MARGIN = 0.04, 0.12, 0.05
+MOTION_MARGIN, FLOOR_MARGIN, RULER_MARGIN = 0.04, 0.12, 0.05
 LEAST_ASPECT = 0.3  # smallest ratio of the height of a picture to its width
 ALONG_AXES = np.concatenate([np.eye(3), -np.eye(3)])
-DIGITS = 4  # digits of the points of solids after the first one of the picture's size
-HALF = 0.5  # smallest ratio of the displacement of a point that bears the mark to the largest
+POINT_DIGITS = 4  # digits of the points of solids after the first one of the picture's size
+LEAST_MARKED = (
+    0.5  # smallest ratio of the displacement of a point that bears the mark to the largest
+)
 UNPAINTED = 0.5  # red, green and blue of a geom without a colour of its own
 
 
@@ -73,7 +75,7 @@ class Picture:
         return float(np.argmax(fast) + 1) / len(steps) if fast.any() else 1.0
 
     @cached_property
-    def view(self) -> tuple[View, Array]:
+    def view(self) -> tuple[ReplayView, Array]:
         """The kind of view, and the world's directions to the right, upwards and towards the
         viewer, as rows, shape (3, 3)."""
         up = self.mechanism.up
@@ -82,7 +84,7 @@ class Picture:
         longest, middle, shortest = extents
         normal = directions[2]
         level = abs(normal @ up) > 1.0 - FLAT
-        tall = np.ptp(self.path @ up) > TALL * np.ptp(self.path, axis=(0, 1)).max()
+        tall = np.ptp(self.path @ up) > HIDING_HEIGHT * np.ptp(self.path, axis=(0, 1)).max()
         if shortest <= FLAT * longest < middle and not (level and tall):
             if level:
                 return "above", _camera(np.cross(up, [1.0, 0.0, 0.0]), up)
@@ -130,7 +132,7 @@ class Picture:
             if np.abs(points[:, None] - self.path[:, 0]).min() <= 2.0 * self.size:
                 seen.append(points @ camera.T)
         places = np.concatenate(seen)
-        pad = MARGIN * self.size
+        pad = MOTION_MARGIN * self.size
         left, bottom = (places.min(axis=0) - pad).tolist()
         right, top = (places.max(axis=0) + pad).tolist()
         bottom -= RULER_MARGIN * (right - left)
@@ -151,12 +153,12 @@ class Picture:
             np.linalg.norm(after.placed(b, p[None]) - before.placed(b, p[None]), axis=2).max()
             for b, p in points
         ]
-        body, point = points[int(np.argmax(np.array(moved) >= HALF * max(moved)))]
+        body, point = points[int(np.argmax(np.array(moved) >= LEAST_MARKED * max(moved)))]
         return body, point.tolist()
 
     def geometry(self) -> dict[str, Any]:
         """Returns the values of the picture for the page's script."""
-        digits = DIGITS - math.floor(math.log10(self.size))
+        digits = POINT_DIGITS - math.floor(math.log10(self.size))
         floors = [{"body": 0, "floor": True, "points": f} for f in self.floors]
         others = [s for s in self.mechanism.solids if s.body or not s.floor]
         solids = [*floors, *map(_drawn_solid, others)]
@@ -189,7 +191,7 @@ def _corners(solid: Solid) -> Array:
 def _drawn_solid(solid: Solid) -> dict[str, Any]:
     """Returns the values of a solid for the page's script. A solid with flat faces has them as
     numbers of its points, each seen counterclockwise from outside."""
-    # Bodies that a file leaves unpainted are told apart by two shades.
+    # Bodies that a file leaves unpainted have two shades.
     shade = 1.0 + 0.3 * (solid.body % 2) if set(solid.colour) == {UNPAINTED} else 1.0
     drawn: dict[str, Any] = {
         "body": solid.body,

@@ -21,9 +21,9 @@ from plumbob.reports.records import notation
 from plumbob.reports.records.page_records import (
     ExactRecord,
     Records,
+    ReplayView,
     SceneRecord,
     SystemRecord,
-    View,
 )
 from plumbob.reports.view import hard_cases, top_tables
 from plumbob.reports.view.about import read_description
@@ -118,7 +118,9 @@ def scene_view(
         first=table("scene_errors", rows=rows),
         figures=scene_figures(rows, observables, method_styles, exact.motion, timed, at_first),
         # An older study may have a replay of another kind, which no script draws any more.
-        replay=exact.replay if exact.replay and exact.replay.kind in get_args(View) else None,
+        replay=exact.replay
+        if exact.replay and exact.replay.kind in get_args(ReplayView)
+        else None,
         hard=hard_cases.hard_case_table([rows])
         if scene.hard or any(r.limit for r in rows)
         else None,

@@ -39,13 +39,13 @@ from plumbob.engines.adapters.mujoco.own_model.readings import (
     start_warnings,
 )
 from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
-from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
     diverged,
     integrator_number,
     like_start,
 )
+from plumbob.engines.adapters.mujoco.solids import solids
 from plumbob.engines.adapters.mujoco.terms import (
     MujocoTerms,
     apart,
