@@ -9,7 +9,7 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.solids import solids
-from plumbob.engines.drawn_mechanism import frames
+from plumbob.engines.drawn_mechanism import DOWN, Solid, frames
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import replay, requests
@@ -141,6 +141,21 @@ def drawn_picture(name):
     (request, *_) = requests(plan_of(recorded(name)))
     drawing = recorded(name).extras[request]
     return Picture(drawing.mechanism, drawing.coordinates)
+
+
+def test_what_is_far_from_a_motion_does_not_shrink_it():
+    """A floor far below is cut off by the picture; one near it is not."""
+    picture = drawn_picture("n-pendulum/triple")
+    plane = np.eye(3)[[2, 0, 1]] * [1.0, 1.0, 0.0]
+
+    def box(height):
+        floor = Solid(0, plane - height * DOWN, 0.0, (0.5, 0.5, 0.5), floor=True)
+        solids = (*picture.mechanism.solids, floor)
+        mechanism = replace(picture.mechanism, solids=solids)
+        return Picture(mechanism, picture.coordinates).box
+
+    assert box(-100.0) == picture.box
+    assert box(-1.5)[2] < -1.5
 
 
 def test_a_slope_is_drawn_as_one():

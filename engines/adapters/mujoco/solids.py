@@ -15,8 +15,7 @@ from plumbob.engines.drawn_mechanism import Solid
 KIND = mujoco.mjtGeom
 CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
 SHOWN = 3  # number of groups of geoms that MuJoCo draws by default
-RIM = 24  # points on the rim of a cylinder, and on the equator of an ellipsoid
-MOST_POINTS = 64  # most points of a mesh that are drawn
+RIM = 24  # points on the rim of a cylinder and on the equator of a sphere
 
 
 def solids(model: Any, data: Any) -> Iterator[Solid]:
@@ -42,7 +41,7 @@ def solids(model: Any, data: Any) -> Iterator[Solid]:
 
 def _shape(model: Any, geom: int) -> tuple[Array, float]:
     """Returns points of a geom in its own frame [m], shape (n, 3), and the radius [m] that thickens
-    their hull. A geom of a kind that has no shape here is a box."""
+    their hull. A mesh has its outermost points. A geom of another kind is a box."""
     kind = model.geom_type[geom]
     size = model.geom_size[geom]
     if kind == KIND.mjGEOM_SPHERE:
@@ -54,12 +53,13 @@ def _shape(model: Any, geom: int) -> tuple[Array, float]:
     if kind == KIND.mjGEOM_CYLINDER:
         return np.concatenate([_ring(size[0], height) for height in (-size[1], size[1])]), 0.0
     if kind == KIND.mjGEOM_ELLIPSOID:
-        tilts = np.linspace(0.0, math.pi, RIM // 4 + 1)
-        return np.concatenate([_ring(math.sin(t), math.cos(t)) for t in tilts]) * size, 0.0
+        return _sphere() * size, 0.0
     if kind == KIND.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]
         first = model.mesh_vertadr[mesh]
-        return _outermost(model.mesh_vert[first : first + model.mesh_vertnum[mesh]]), 0.0
+        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+        furthest = (vertices @ _sphere().T).argmax(axis=0)
+        return np.array(vertices[np.unique(furthest)], float), 0.0
     box = model.geom_aabb[geom]
     return box[:3] + CORNERS * box[3:], 0.0
 
@@ -71,15 +71,7 @@ def _ring(radius: float, height: float) -> Array:
     return np.stack(circle, axis=1)
 
 
-def _outermost(vertices: Array) -> Array:
-    """Returns the vertices of a mesh that are furthest in some direction, at most MOST_POINTS."""
-    if len(vertices) <= MOST_POINTS:
-        return np.array(vertices, float)
-    # Directions on a spiral from pole to pole have equal distances on the sphere.
-    turns = np.arange(MOST_POINTS) + 0.5
-    heights = 1.0 - 2.0 * turns / MOST_POINTS
-    angles = turns * math.pi * (3.0 - math.sqrt(5.0))
-    widths = np.sqrt(1.0 - heights**2)
-    directions = [widths * np.cos(angles), widths * np.sin(angles), heights]
-    furthest = (vertices @ np.array(directions)).argmax(axis=0)
-    return np.array(vertices[np.unique(furthest)], float)
+def _sphere() -> Array:
+    """Returns points on the sphere of radius 1 in rings about z, shape (n, 3)."""
+    tilts = np.linspace(0.0, math.pi, RIM // 4 + 1)
+    return np.concatenate([_ring(math.sin(tilt), math.cos(tilt)) for tilt in tilts])

@@ -123,14 +123,16 @@ class Picture:
 
     @cached_property
     def box(self) -> PictureBox:
-        """The extent of the picture [m]: the whole motion, and the floors and fixed solids near
-        it."""
+        """The extent of the picture [m]: the whole motion, and the points of floors and of fixed
+        solids near it."""
         camera = self.view[1][:2]
         seen = [(self.path @ camera.T).reshape(-1, 2)]
         fixed = [_corners(s) for s in self.mechanism.solids if not s.body and not s.floor]
+        low = self.path.min(axis=(0, 1)) - self.size
+        high = self.path.max(axis=(0, 1)) + self.size
         for points in (*self.floors, *fixed):
-            if np.abs(points[:, None] - self.path[:, 0]).min() <= 2.0 * self.size:
-                seen.append(points @ camera.T)
+            near = ((low <= points) & (points <= high)).all(axis=1)
+            seen.append(points[near] @ camera.T)
         places = np.concatenate(seen)
         pad = MOTION_MARGIN * self.size
         left, bottom = (places.min(axis=0) - pad).tolist()
