@@ -1,15 +1,18 @@
 """The cards of systems on the index: a thumbnail that moves, the default and the best error."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.view.method_results import results_of
+from plumbob.reports.view.page import fill_page
 from plumbob.reports.view.site.system_cards import system_card, thumbnails
 from plumbob.reports.view.site.writing import write_site
 from plumbob.tests.replay.in_browser import opened
+from plumbob.tests.site import whole_profile
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.studies import SCENE, quick
 
@@ -87,6 +90,27 @@ def test_a_setting_that_is_not_clearly_better_is_not_named(of):
 
 def test_no_thumbnail_is_no_file():
     assert thumbnails({"cone-pendulum": card()}) == ""
+
+
+def test_a_study_without_drawings_is_shown_without_them():
+    """As a study is that was stored before its scenes were drawn."""
+    common = whole_profile.shown().common
+    views = [_without_drawings(view) for view in common["views"]]
+    index = fill_page(
+        "index.html.jinja",
+        **{**common, "views": views, "thumbnails": ""},
+        inside_pages=(),
+        search="",
+    )
+    assert "<canvas" not in index
+    assert "A steel cone hangs by its tip" in index
+
+
+def _without_drawings(view):
+    """The view of a system whose scenes have no replays."""
+    scenes = [SimpleNamespace(**{**vars(scene), "replay": None}) for scene in view.scenes]
+    card = replace(view.card, thumbnail="")
+    return SimpleNamespace(**{**vars(view), "scenes": scenes, "card": card})
 
 
 @pytest.mark.long

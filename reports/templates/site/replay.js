@@ -352,7 +352,7 @@
   // Thumbnails are still until a pointer or the focus is on their card, then they move over and over.
   const STILL = 0.4, LASTING = 4000;  // fraction of the motion in the still picture; [ms] of a moving one
   const thumbnail = (canvas, data) => {
-    const {draw, watched} = picture(canvas, data, 120), card = canvas.closest("li");
+    const {draw, watched} = picture(canvas, data, 96), card = canvas.closest("li");
     const still = () => draw(STILL * data.seconds, 1, true);
     let begin = 0;
     const step = (stamp) => {
