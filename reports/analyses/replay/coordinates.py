@@ -94,7 +94,7 @@ def coordinate_changes(
         changes = changes + correction
         if np.abs(correction).max() <= DONE:
             break
-    changes[:, np.abs(changes).max(axis=0) <= ROUNDED] = 0.0
+    changes[np.abs(changes) <= ROUNDED] = 0.0
     return changes
 
 
