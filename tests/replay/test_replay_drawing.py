@@ -10,6 +10,8 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.solids import solids
 from plumbob.engines.drawn_mechanism import DOWN, Solid, frames
+from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.results import TaskResult
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import replay, requests
@@ -184,6 +186,20 @@ def test_a_motion_without_a_shape_has_no_replay():
     without = replace(drawing, mechanism=replace(drawing.mechanism, solids=()))
     for extras in ({}, {**study.extras, request: without}):
         assert replay(replace(study, extras=extras), find_scene(SCENE)) is None
+
+
+def test_a_drawing_is_stored_as_it_is():
+    study = recorded("slider-crank/turning")
+    (request, *_) = requests(plan_of(study))
+    stored = TaskResult(study.extras[request], request)
+    read = from_json(to_json(stored), TaskResult)
+    assert read.request == request
+    assert read.answer.coordinates.tobytes() == stored.answer.coordinates.tobytes()
+    geometries = [
+        Picture(result.answer.mechanism, result.answer.coordinates).geometry()
+        for result in (stored, read)
+    ]
+    assert repr(geometries[0]) == repr(geometries[1])
 
 
 def test_an_older_replay_is_left_out():
