@@ -15,6 +15,7 @@ from plumbob.models.scene import Case
 
 if TYPE_CHECKING:  # records of users' models, which most commands do not need
     from plumbob.analytic.reference import Array, Signals
+    from plumbob.engines.drawn_mechanism import SceneDrawing
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
@@ -264,6 +265,9 @@ class CompilesScenes:
     """Compiles the model files of systems, for engines that build mechanisms and for ports."""
 
     mechanism: Callable[[Case], SceneMechanism]  # raises Unsupported and ParameterError
+    drawing: Callable[[Case, int], SceneDrawing]
+    """Case, number of samples -> the case as replays draw it. Raises Unsupported and
+    ParameterError."""
     translation: Callable[[Case, Method, float], Any]
     """Case, method, step [s] -> the engine's compiled model of the case. Raises Unsupported and
     ParameterError."""

@@ -12,6 +12,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
+from plumbob.engines.drawn_mechanism import DrawnMechanism
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.peer_model import Layout, Terms
 from plumbob.engines.stepper import Stepper
@@ -86,17 +87,6 @@ class Stepped:
     seconds: float  # [s] processor time of one run
     why: str = ""  # why it ended early; empty if it did not
     remarks: tuple[str, ...] = ()  # remarks about the run
-
-
-@dataclass(frozen=True)
-class Solid:
-    """A geom of a model: the convex hull of points [m], shape (n, 3), thickened by a radius [m].
-    The points are relative to the centre of mass of the body, in the body's axes; for body 0 in the
-    world's."""
-
-    body: int
-    points: Array
-    radius: float
 
 
 @dataclass(frozen=True)
@@ -203,7 +193,7 @@ class OwnModel(Protocol):
     @property
     def corner_bodies(self) -> Array: ...
     @property
-    def solids(self) -> tuple[Solid, ...]: ...
+    def drawn(self) -> DrawnMechanism: ...
     def option(self, integrator: str, step: float) -> Mapping[str, tuple[str, str]]: ...
     def softened(self, step: float) -> bool: ...
     def softens(self, script: Script, integrator: str, parts: int) -> bool: ...

@@ -28,6 +28,7 @@ KINDS = MappingProxyType(
     {
         "Analysed": "study.results.Analysed",
         "ConvergenceStudy": "study.convergence.ConvergenceStudy",
+        "DrawingRequest": "study.extra_runs.DrawingRequest",
         "ExtraRun": "study.extra_runs.ExtraRun",
         "GradientSearch": "study.gradient.GradientSearch",
         "Gradients": "study.gradient.Gradients",
@@ -39,6 +40,7 @@ KINDS = MappingProxyType(
         "ModelReading": "study.model_reading.ModelReading",
         "ParameterFit": "study.identification.ParameterFit",
         "SceneCosts": "study.cost.SceneCosts",
+        "SceneDrawing": "drawn_mechanism.SceneDrawing",
         "Stability": "study.stability.SceneLimits",
         "StabilitySearch": "study.stability.StabilitySearch",
         "StepRun": "study.extra_runs.StepRun",

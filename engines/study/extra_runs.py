@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from plumbob.analytic.reference import NoAnswer
-from plumbob.engines.abilities import Ablation, Trimming
+from plumbob.engines.abilities import Ablation, CompilesScenes, Trimming
+from plumbob.engines.drawn_mechanism import SceneDrawing
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
@@ -16,6 +17,9 @@ from plumbob.engines.study.request import Changes, Request, RunRequest, work_of
 from plumbob.engines.trajectory import Trajectory, last_sample
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene
+
+# samples of the coordinates of a drawing: those that no observable shows change slowly
+DRAWING_SAMPLES = 401
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,27 @@ class StepRun(RunRequest[Measurement]):
     def work(self, scene: Scene, method: Method) -> float:
         """The approximate number of steps."""
         return work_of(scene, method, (self.step,))
+
+
+@dataclass(frozen=True)
+class DrawingRequest(RunRequest[SceneDrawing]):
+    """A request for a scene as its replay draws it, up to `duration` [s] if it is given. The method
+    is one of the engine that compiles the scene's model file."""
+
+    label, as_planned = "drawing", True
+
+    scene: str
+    method: str
+    duration: float | None = None
+    samples: int = DRAWING_SAMPLES
+
+    def made(self, scene: Scene, method: Method) -> SceneDrawing | None:
+        """The drawing; raises Unsupported if the scene's system has no model file."""
+        compiles = engine_of(method).ability(CompilesScenes)
+        assert compiles is not None
+        return compiles.drawing(
+            case_of(replace(scene, duration=self.duration or scene.duration)), self.samples
+        )
 
 
 @dataclass(frozen=True)

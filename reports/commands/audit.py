@@ -370,7 +370,7 @@ def _write_page(
 ) -> str:
     """Writes the page of an audit into the folder --out and returns the page's name. Raises
     ParameterError if the page cannot be written."""
-    from plumbob.reports.analyses.replay.geoms import audit_replay
+    from plumbob.reports.analyses.replay.audit_motion import audit_replay
 
     replay = audit_replay(result) if isinstance(result, Audit) else None
     _write_into(chosen.out, page(answer, result, chosen.line, replay), name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import Settings
@@ -18,6 +18,8 @@ from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
 
 T = TypeVar("T")
+# direction from which a replay is seen: across the plane of the motion, from above, or obliquely
+ReplayView = Literal["plane", "above", "oblique"]
 # where analyses appear: on the page of a scene; on the pages of the study
 SCENE, PAGES_OF_STUDY = (
     "page of a scene",
@@ -59,7 +61,7 @@ class Replay:
     """The values of a scene's replay in the page's template."""
 
     scene: str
-    kind: str  # kind of picture
+    kind: str  # direction of view; an older study may have another kind, which is not drawn
     seconds: float
     whole: float  # duration of the scene [s]
     layers: tuple[Layer, ...]
@@ -67,6 +69,7 @@ class Replay:
     factors: tuple[int, ...]  # magnifications of errors that a reader may choose
     magnified: int  # magnification of errors that the page of an audit starts with
     data: str  # JSON for the script, without any text that an HTML parser takes for a tag
+    thumbnail: str = ""  # such JSON of the exact motion alone, with few samples
 
 
 @dataclass(frozen=True)

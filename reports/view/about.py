@@ -9,9 +9,10 @@ from plumbob.reports.view.tables import TABLE_TEMPLATES, TemplateParts, fill_tex
 
 Description = Mapping[str, Sequence[Sequence[str]]]
 """Lines of a description by their kind; each line is the sequence of its parts. The kinds are
-`sentence`; `equation`, in Unicode; `explained`, the meaning of the equations and their source; and
-`symbol`, with its meaning and SI unit. The model's picture, 480 by 360, has the kinds `label`, with
-its position; `line`, an SVG path and its class; and `picture`, the picture in words."""
+`sentence`; `short`, a sentence for the index in place of the first one; `equation`, in Unicode;
+`explained`, the meaning of the equations and their source; and `symbol`, with its meaning and SI
+unit. The model's picture, 480 by 360, has the kinds `label`, with its position; `line`, an SVG path
+and its class; and `picture`, the picture in words."""
 
 
 def read_description(system: str) -> Description | None:

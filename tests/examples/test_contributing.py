@@ -155,6 +155,9 @@ def test_commands_work(tree, tmp_path):
     page = page.replace("\u00a0", " ")
     assert "The lower rod turns over" in page
     assert "After 10 s it has made 2.5 turns." in page
+    # Its drawing comes from its mechanism, without a line of its own.
+    assert '<figure class="replay" id="replay-double-pendulum-released"' in page
+    assert '<canvas data-system="double-pendulum"' in page
 
 
 def test_doctests_of_the_examples_run(tree, tmp_path):

@@ -6,48 +6,42 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import chosen_step_sizes, steps_beside
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.runner import most_steps
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.replay import PICTURES
-from plumbob.reports.analyses.replay.capsule import capsule_channels
-from plumbob.reports.analyses.replay.runs import (
-    shown_runs,
-)
+from plumbob.reports.analyses.replay.coordinates import shown_observables
+from plumbob.reports.analyses.replay.runs import shown_runs
 from plumbob.tests.replay.all_replays import decoded, plan, replay_of
 
 KILOBYTES = 160.0  # of a scene's data, in 24 bits a number
-NAMES = [scene.name for scene in plan().scenes if system_of(scene).family in PICTURES]
+NAMES = [scene.name for scene in plan().scenes]
 FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 
 
 @pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", NAMES)
 def test_samples_follow_the_exact_motion_between_them(name):
-    """At times that are no samples, interpolated as the page's script does it."""
-    case = case_of(find_scene(name))
+    """At times that are no samples, interpolated as the page's script does it, the coordinates have
+    the exact observables."""
     data = json.loads(replay_of(name).data)
     assert len(replay_of(name).data) < 1e3 * KILOBYTES
+    case = case_of(find_scene(name)).lasting(data["seconds"])
     layer = data["layers"][0]
     samples = np.linspace(0.0, data["seconds"], layer["count"])
     times = np.linspace(0.0, data["seconds"], 977)
-    exact = (
-        capsule_channels(case, times)
-        if data["kind"] == "capsule"
-        else case.reference.observe(times)
-    )
-    for channel in ("theta", "x", "y", "heading", "qx", "qy", *ATTITUDE):
-        if channel not in layer["channels"]:
-            continue
-        values = decoded(layer["channels"][channel], layer["count"])
-        found = np.interp(times, samples, values)
-        span = float(np.ptp(exact[channel]))
+    exact = case.reference.observe(times)
+    channels = [decoded(channel, layer["count"]) for channel in layer["channels"]]
+    coordinates = np.stack([np.interp(times, samples, values) for values in channels], axis=1)
+    shown = shown_observables(case, coordinates)
+    assert shown.keys() & exact.keys()
+    for observable in shown.keys() & exact.keys():
+        span = float(np.ptp(exact[observable]))
         allowed = FRACTION * min(span, 1.0)
-        assert np.abs(found - exact[channel]).max() <= allowed + 1e-9, channel
+        error = np.abs(shown[observable] - exact[observable]).max()
+        assert error <= allowed + 1e-9, observable
 
 
 def test_a_replay_is_of_runs_of_the_study():

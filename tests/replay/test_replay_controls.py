@@ -190,7 +190,7 @@ def test_the_magnifier_draws_errors_by_its_factor(page):
     time = FRACTION * data["seconds"]
     exact = case.reference.observe(np.append(run.times, time))["theta"]
     apart = np.interp(time, run.times, run.observables["theta"] - exact[:-1])
-    picture = json.loads(figure.locator(".live canvas").get_attribute("data-plan"))["picture"]
+    picture = json.loads(figure.locator(".live canvas").get_attribute("data-plan"))
 
     def ring(times):
         spot = 1j * case.problem.length * np.exp(-1j * (exact[-1] + times * apart))
@@ -205,40 +205,3 @@ def test_the_magnifier_draws_errors_by_its_factor(page):
     figure.locator("select.factor").select_option("1")
     assert ring(1) > 0.9
     assert ring(factor) < 0.7
-
-
-LABELS = (
-    ("capsule-turn/0.3", 0.1, {"A₁", "A₂", "A₃", "C", "Q"}, {"θ"}),
-    ("cone-pendulum/rotating-base", 0.3, {"θ", "S", "ω"}, {"C"}),
-    ("cone-pendulum/resting-base", 0.3, {"θ", "S"}, {"ω"}),
-    ("simple-pendulum/free-large", 0.3, {"θ"}, {"S"}),
-)
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(("name", "part", "wanted", "unwanted"), LABELS)
-def test_what_is_drawn_is_labelled(name, part, wanted, unwanted, labelled):
-    figure = found(labelled, name)
-    labelled.evaluate("written.clear()")
-    set_time(figure, part)
-    written = set(labelled.evaluate("[...written]"))
-    assert wanted <= written
-    assert not unwanted & written
-
-
-WRITTEN = """globalThis.written = new Set();
-const own = CanvasRenderingContext2D.prototype.fillText;
-CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
-  written.add(text);
-  return own.call(this, text, ...rest);
-};"""
-
-
-@pytest.fixture(scope="module")
-def labelled(browser, tmp_path_factory):
-    """A page that keeps what is written on its canvases."""
-    file = write(
-        [replay_of(name) for name in dict.fromkeys(row[0] for row in LABELS)],
-        tmp_path_factory.mktemp("labelled"),
-    )
-    yield from opened(browser, file, lambda page: page.add_init_script(WRITTEN))

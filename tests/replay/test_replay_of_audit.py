@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plumbob.reports.analyses.replay.geoms import audit_replay
+from plumbob.engines.drawn_mechanism import frames
+from plumbob.reports.analyses.replay.audit_motion import audit_replay
 from plumbob.reports.records.notation import metres
 from plumbob.tests.audit.scenes_as_models import audit_of
 from plumbob.tests.replay.all_replays import decoded
@@ -42,8 +43,12 @@ def test_the_errors_are_those_of_the_audit():
     assert ghost.largest == metres(audit().error)
     data = json.loads(shown().data)
     exact, own = data["layers"]
-    for k, name in enumerate(audit().model.bodies[1:], 1):
-        end = [decoded(exact["channels"][f"{k}{axis}"], exact["count"])[-1] for axis in "xyz"]
-        assert end == pytest.approx(audit().pose[name], abs=1e-4 * data["size"])
-    apart = decoded(own["channels"]["error"], own["count"])
+    model = audit().model
+    ends = [decoded(channel, exact["count"])[-1] for channel in exact["channels"]]
+    placed = frames(model.drawn, np.array([ends]))
+    for body, drawn in enumerate(model.drawn.bodies[1:], 1):
+        centre = placed.placed(body, drawn.centre[None])[0, 0]
+        wanted = audit().pose[model.bodies[body]]
+        assert centre == pytest.approx(wanted, abs=1e-4 * data["size"])
+    apart = decoded(own["error"], own["count"])
     assert np.max(apart) == pytest.approx(audit().error, rel=1e-3)

@@ -62,7 +62,7 @@ def test_they_load_nothing_from_elsewhere(documents):
         pictures = {name for name in files if re.fullmatch(r"[0-9a-f]{12}\.svg", name)}
         known = {"page.css", "page.js", "icon.svg", "plotly.js", "search.js"}
         known |= {f"{file.stem}.js"} if plotted(file) else set()
-        known |= {name for name in files if name.startswith("replay-")}
+        known |= {n for n in files if n.startswith("replay-") or n == "thumbnails.js"}
         assert files - {"cone_pendulum.png"} - pictures == known
         assert len(pictures) > (0 if file.stem == "engines" else 3) or not plotted(file)
         assert all((file.parent / name).is_file() for name in document.loaded)

@@ -41,6 +41,7 @@ from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case
 if TYPE_CHECKING:
     from plumbob.analytic.reference import Array, Signals
     from plumbob.engines.abilities import View
+    from plumbob.engines.drawn_mechanism import SceneDrawing
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
@@ -109,6 +110,13 @@ def _mechanism_of_scene(case: Case) -> SceneMechanism:
     from plumbob.engines.adapters.mujoco.scene_mechanism import scene_mechanism
 
     return scene_mechanism(case)
+
+
+def _drawing_of_scene(case: Case, samples: int) -> SceneDrawing:
+    """Returns a case as replays draw it; raises Unsupported and ParameterError."""
+    from plumbob.engines.adapters.mujoco.scene_mechanism import scene_drawing
+
+    return scene_drawing(case, samples)
 
 
 def _translate(case: Case, method: Method, step: float) -> Any:
@@ -266,7 +274,7 @@ ENGINE = Engine(
         UserSettings(_user_method),
         Ablation(_measure_trimming),
         SettingsToPaste(_settings),
-        CompilesScenes(_mechanism_of_scene, _translate, _model_of_scene),
+        CompilesScenes(_mechanism_of_scene, _drawing_of_scene, _translate, _model_of_scene),
         FileChecks(_check_file),
         StepsOfFiles(_rewrite_for_step),
         ModelReader(_read_fields),

@@ -16,8 +16,9 @@ from plumbob.models.scene import Scene
 from plumbob.reports.records import notation
 
 OWN_SETTINGS, RECOMMENDED_SETTINGS = "your settings", "recommended settings"
-SMOOTH_METHODS = ("mujoco/rk4+midpoint", "mujoco/rk4")  # the first reads a control at mid-step
 ON_LINE = ("mujoco/euler+coulomb", "mujoco/euler+stiff")  # methods whose contacts converge
+# for other systems: with contacts, and without them; one reads a control at mid-step
+SMOOTH_METHODS = (*ON_LINE, "mujoco/rk4+midpoint", "mujoco/rk4")
 # for turning bodies: RK4's error is up to 100 times less
 IN_PLANE = (
     "mujoco/rk4+coulomb",

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array, Signals
+from plumbob.analytic.reference import Array
 
 # samples of an exact motion: forty for each of forty swings, which keeps the interpolation within
 # 2e-3 of the range
@@ -15,23 +14,15 @@ REPLAY_SAMPLES = 1601
 RESOLUTION = 2**24 - 1  # resolution of a channel's range, fine enough for magnified errors
 
 
-@dataclass(frozen=True)
-class Samples:
-    """Channels at times, in SI units, shape (n,) each."""
-
-    times: Array  # [s]
-    channels: Signals
-
-
-def encode_samples(values: Array) -> Any:
+def encode_samples(values: Array, resolution: int = RESOLUTION) -> Any:
     """Returns an array, shape (n,), for JSON. A constant array becomes a number. The values
-    of any other array are rounded to whole numbers from 0 to RESOLUTION, which become third
+    of any other array are rounded to whole numbers from 0 to `resolution`, which become third
     differences: these are small for a smooth motion, and compress to a third."""
     low = float(values.min())
     high = float(values.max())
     if low == high:
         return low
-    numbers = np.rint((values - low) * (RESOLUTION / (high - low))).astype(np.int64)
+    numbers = np.rint((values - low) * (resolution / (high - low))).astype(np.int64)
     for _ in range(3):
         numbers = np.diff(numbers, prepend=0)
-    return {"low": low, "step": (high - low) / RESOLUTION, "differences": numbers.tolist()}
+    return {"low": low, "step": (high - low) / resolution, "differences": numbers.tolist()}

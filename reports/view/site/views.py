@@ -18,7 +18,13 @@ from plumbob.reports.advice.recommend import (
 from plumbob.reports.advice.work_precision import work_precision_points
 from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.records import notation
-from plumbob.reports.records.page_records import ExactRecord, Records, SceneRecord, SystemRecord
+from plumbob.reports.records.page_records import (
+    ExactRecord,
+    Records,
+    ReplayView,
+    SceneRecord,
+    SystemRecord,
+)
 from plumbob.reports.view import hard_cases, top_tables
 from plumbob.reports.view.about import read_description
 from plumbob.reports.view.content import Table
@@ -27,6 +33,7 @@ from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import scene_figures
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import findings_about
+from plumbob.reports.view.site.system_cards import system_card
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming_table
@@ -66,6 +73,7 @@ def system_view(
         findings=findings_about(study, system.name),
         scenes=tuple(views),  # the default scene first
         leading=views[0] if views else None,  # the system's page shows its measurements
+        card=system_card(views[0].results, views[0].replay) if views else None,
         matrices=matrix.matrices(study, all_results, scenes),
         hard=hard_cases.hard_case_table([view.results for view in views if view.scene.hard]),
     )
@@ -110,7 +118,10 @@ def scene_view(
         sentences=scene_sentences(rows, answer),
         first=table("scene_errors", rows=rows),
         figures=scene_figures(rows, observables, method_styles, exact.motion, timed, at_first),
-        replay=exact.replay,
+        # An older study may have a replay of another kind, which no script draws any more.
+        replay=exact.replay
+        if exact.replay and exact.replay.kind in get_args(ReplayView)
+        else None,
         hard=hard_cases.hard_case_table([rows])
         if scene.hard or any(r.limit for r in rows)
         else None,

@@ -47,6 +47,7 @@ from plumbob.reports.view.site.links import (
 )
 from plumbob.reports.view.site.phenomena import phenomena
 from plumbob.reports.view.site.side_by_side import side_by_side
+from plumbob.reports.view.site.system_cards import thumbnails
 from plumbob.reports.view.site.views import PageView, system_view
 from plumbob.reports.view.user_settings import user_settings_table as own_table
 
@@ -203,6 +204,7 @@ def _common(
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.key_findings(findings),
+        "thumbnails": thumbnails({v.system.name: v.card for v in views if v.card}),
         "gradients": first_screen.key_findings(
             [f for f in findings if f.name == GRADIENTS_FINDING]
         ),

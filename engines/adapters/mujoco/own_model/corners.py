@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model.solids import CORNERS
+from plumbob.engines.adapters.mujoco.solids import CORNERS
 
 PLANE = mujoco.mjtGeom.mjGEOM_PLANE  # its box is infinite, and MuJoCo lets no plane move
 ORIGIN = np.zeros((1, 3))

@@ -40,7 +40,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.colliding_pairs import colliding_pairs
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
-from plumbob.engines.adapters.mujoco.own_model.solids import CORNERS
+from plumbob.engines.adapters.mujoco.solids import CORNERS
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import NotCertifiable
 

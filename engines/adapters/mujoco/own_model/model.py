@@ -39,13 +39,13 @@ from plumbob.engines.adapters.mujoco.own_model.readings import (
     start_warnings,
 )
 from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
-from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
     diverged,
     integrator_number,
     like_start,
 )
+from plumbob.engines.adapters.mujoco.solids import solids
 from plumbob.engines.adapters.mujoco.terms import (
     MujocoTerms,
     apart,
@@ -56,6 +56,7 @@ from plumbob.engines.adapters.mujoco.terms import (
 )
 from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.user_file import user_model
+from plumbob.engines.drawn_mechanism import DrawnMechanism, drawn_mechanism
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import (
@@ -66,7 +67,6 @@ from plumbob.engines.own_motion import (
     Place,
     Policy,
     Script,
-    Solid,
     Start,
     Stepped,
 )
@@ -403,9 +403,9 @@ class MujocoModel:
         return poses
 
     @property
-    def solids(self) -> tuple[Solid, ...]:
-        """The geoms of the model, as a replay draws them."""
-        return tuple(solids(self.effective, self.start))
+    def drawn(self) -> DrawnMechanism:
+        """The bodies, joints and geoms of the model, as a replay draws them."""
+        return drawn_mechanism(self.mechanism(), tuple(solids(self.effective, self.start)))
 
     def readings(self, states: Array) -> Signals:
         """Returns {name: values of shape (len(states),)} of the energy [J] and of violations of
