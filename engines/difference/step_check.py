@@ -1,0 +1,290 @@
+"""The steps of a recording that are not the model's: from each sample the model takes one step, and
+what it leaves of the next sample is held against what precision and solver allow.
+
+Each step is judged alone, so that a chaotic motion is judged as well as any other. The solver begins
+each step where the model's own step before it ended: for a recording of every step from a reset on,
+that is its own warm start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.allowance import Allowance
+from plumbob.engines.difference.recording import Recording
+from plumbob.engines.difference.sample_steps import Allowed, SampleSteps, StepLaw
+from plumbob.engines.difference.step_terms import Cause, cause_of, common_cause
+from plumbob.engines.own_motion import OwnModel
+from plumbob.engines.recorded_step import StepInput, StepOutcome
+
+PROBES = 12  # intervals from which the law of the steps is recognised
+EXPLAINED = 0.5  # part of the probes that a law must explain
+OTHER_COUNTS = (1, 2, 3, 4, 5, 8, 10, 16, 20)  # numbers of steps of another size in an interval
+MOST_EXPLAINED = 24  # findings whose cause is looked for; others are counted
+# Steps in a row after which the solver of a recording is taken to end as the model's own does: it
+# then leaves no more than rounding
+ALIKE_STEPS = 8
+MOST_PROBES = 48  # steps that leave nothing whose allowance is measured
+PART_OF_TIME = 0.2  # part of the allowance in which the law of the steps is recognised
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A step of a recording that is not the model's."""
+
+    interval: int  # row of the sample before the step
+    begin: float  # [s]
+    end: float  # [s]
+    place: str  # joint or activation with the largest excess
+    left: float  # what the model's step leaves there
+    allowed: float  # what precision and solver allow there
+    unit: str  # unit of both
+    excess: float  # largest ratio of what is left to what is allowed
+    cause: Cause
+
+
+@dataclass(frozen=True)
+class CheckedSteps:
+    """The steps of a recording held against those of a model."""
+
+    law: StepLaw
+    findings: tuple[Finding, ...]
+    unexplained: int  # further steps that are not the model's, whose cause was not looked for
+    checked: int  # number of intervals that were checked
+    # Largest acceleration that is left and allowed [m/s^2, rad/s^2], and the parts of rounding and
+    # solver in the median of what is allowed
+    largest_left: float
+    largest_allowed: float
+    rounding: float
+    solver: float
+    common: Cause | None = None  # one cause of most findings
+
+
+def check_steps(model: OwnModel, recording: Recording, allowance: Allowance) -> CheckedSteps:
+    """Returns the steps of a recording held against those of a model, within a time."""
+    law = recognised_law(model, recording, allowance.part(PART_OF_TIME))
+    checker = StepChecker(SampleSteps(model, recording, law), allowance)
+    return checker.checked()
+
+
+def recognised_law(model: OwnModel, recording: Recording, allowance: Allowance) -> StepLaw:
+    """Returns the law by which most of the probed steps of a recording are taken; the model's own
+    if no law explains most of them, or if the time ends."""
+    own = StepLaw(model.integrator, model.step)
+    best, most = own, 0.0
+    for law in _laws(model, recording):
+        if allowance.left < 0.0 and most:
+            break
+        explained = _explained(SampleSteps(model, recording, law))
+        if explained > max(most, EXPLAINED):
+            best, most = law, explained
+        if law == own and most:
+            break
+    return best
+
+
+def _laws(model: OwnModel, recording: Recording) -> Iterator[StepLaw]:
+    """Yields the laws to try: the model's own first, then other controls, integrators and steps."""
+    own = StepLaw(model.integrator, model.step)
+    yield own
+    shifts = (-1, 1) if recording.controls.any() else ()
+    for shift in shifts:
+        yield replace(own, shift=shift)
+    others = [name for name in model.steppable if name != model.integrator]
+    for integrator in others:
+        yield replace(own, integrator=integrator)
+    gap = float(np.median(np.diff(recording.times)))
+    for count in OTHER_COUNTS:
+        if not math.isclose(gap / count, model.step, rel_tol=1e-6):
+            yield replace(own, step=gap / count)
+    for integrator in others:
+        for shift in shifts:
+            yield replace(own, integrator=integrator, shift=shift)
+        yield replace(own, integrator=integrator, step=gap)
+
+
+def _explained(samples: SampleSteps) -> float:
+    """Returns the fraction of the probed intervals whose steps a law explains."""
+    chosen = np.unique(np.linspace(0, samples.intervals - 1, PROBES).astype(int)).tolist()
+    explained = 0
+    for interval in chosen:
+        if not samples.counts[interval]:
+            continue
+        warm = np.zeros(samples.space.velocities)
+        if samples.recording.warm_starts is not None:
+            warm = samples.recording.warm_starts[interval]
+        elif interval:
+            warm = samples.steps.after(samples.before(interval - 1, warm)).warm_start
+        before = samples.before(interval, warm)
+        left = np.abs(samples.left(interval, samples.steps.after(before)))
+        if (left <= samples.unit_after(interval)).all():
+            explained += 1
+        elif (left <= samples.allowed(before, interval).whole).all():
+            explained += 1
+    return explained / len(chosen)
+
+
+class StepChecker:
+    """Checks the intervals of a recording one after another."""
+
+    def __init__(self, samples: SampleSteps, allowance: Allowance) -> None:
+        self.samples, self.allowance = samples, allowance
+        self.findings: list[Finding] = []
+        self.unexplained = 0
+        # Steps in a row in which the solver leaves more than rounding and the recording does not
+        self.alike = 0
+        self.warm_starts: list[Array] = []  # of the last intervals
+        self.largest_left = self.largest_allowed = 0.0
+        self.parts: list[tuple[float, float]] = []
+
+    def checked(self) -> CheckedSteps:
+        """Returns the findings in all intervals, or in those that the time allows."""
+        samples = self.samples
+        warm = np.zeros(samples.space.velocities)
+        interval = 0
+        while interval < samples.intervals and self.allowance.left > 0.0:
+            if samples.recording.warm_starts is not None:
+                warm = samples.recording.warm_starts[interval]
+            before = samples.before(interval, warm)
+            outcome = samples.steps.after(before)
+            self.warm_starts = [*self.warm_starts[-1:], warm]
+            warm = outcome.warm_start
+            interval += self._intervals_explained(interval, before, outcome)
+        rounding, solver = np.median(self.parts, axis=0) if self.parts else (0.0, 0.0)
+        return CheckedSteps(
+            law=samples.law,
+            findings=tuple(self.findings),
+            unexplained=self.unexplained,
+            checked=interval,
+            largest_left=self.largest_left,
+            largest_allowed=self.largest_allowed,
+            rounding=float(rounding),
+            solver=float(solver),
+            common=common_cause([finding.cause for finding in self.findings], self.unexplained),
+        )
+
+    def _intervals_explained(
+        self, interval: int, before: StepInput, outcome: StepOutcome
+    ) -> int:
+        """Adds a finding if the step of an interval is not the model's; returns the number of
+        intervals that this explains."""
+        samples = self.samples
+        left = samples.left(interval, outcome)
+        regular = samples.counts[interval] == samples.usual_count
+        fine = bool((np.abs(left) <= samples.unit_after(interval)).all())
+        if regular and fine and not self._is_probe(interval, outcome):
+            self._note_left(interval, left)
+            return 1
+        allowed = samples.allowed(before, interval)
+        self._note_allowed(interval, allowed)
+        if regular and excess_of(left, allowed.rounding) <= 1.0:
+            self.alike += bool((allowed.solver > allowed.rounding).any())
+            self._note_left(interval, left)
+            return 1
+        excess, left = self._least_excess(interval, before, left, allowed)
+        if regular and excess <= 1.0 and self.alike < ALIKE_STEPS:
+            self.alike = 0
+            self._note_left(interval, left)
+            return 1
+        self.alike = 0
+        if excess <= 1.0:
+            allowed = replace(allowed, solver=np.zeros_like(allowed.solver))
+        if len(self.findings) >= MOST_EXPLAINED:
+            self.unexplained += 1
+            return 1
+        cause = cause_of(samples, interval, before, outcome, allowed.whole)
+        self.findings.append(self._finding(interval, left, allowed, cause))
+        return cause.intervals
+
+    def _is_probe(self, interval: int, outcome: StepOutcome) -> bool:
+        """Returns whether the allowance of a step is measured even though the step leaves nothing:
+        some steps state the threshold, and some show that the solver of the recording ends as the
+        model's own does."""
+        unsure = self.alike < ALIKE_STEPS and len(self.parts) < MOST_PROBES
+        return unsure and (bool(outcome.touching) or interval % PROBES == 0)
+
+    def _note_left(self, interval: int, left: Array) -> None:
+        """Keeps the largest acceleration that a step of the model leaves."""
+        sizes = np.abs(self.samples.acceleration(left, interval))
+        self.largest_left = max(self.largest_left, float(sizes.max(initial=0.0)))
+
+    def _note_allowed(self, interval: int, allowed: Allowed) -> None:
+        """Keeps the accelerations that precision and solver allow."""
+        rounding, solver = (
+            float(self.samples.acceleration(part, interval).max(initial=0.0))
+            for part in (allowed.rounding, allowed.solver)
+        )
+        self.parts.append((rounding, solver))
+        self.largest_allowed = max(self.largest_allowed, rounding + solver)
+
+    def _least_excess(
+        self, interval: int, before: StepInput, left: Array, allowed: Allowed
+    ) -> tuple[float, Array]:
+        """Returns the least ratio of what a step leaves to what is allowed, with the solver's warm
+        start, without it, and with a solver that converges; and what that step leaves."""
+        samples = self.samples
+        cold = StepInput(before.state, before.controls, np.zeros_like(before.warm_start))
+        rows = [left]
+        if (np.abs(left) > allowed.whole).any():
+            outcomes = [samples.steps.after(cold), samples.steps.converged(before)]
+            earlier = replace(before, warm_start=self.warm_starts[0])
+            outcomes.append(samples.steps.after(earlier))
+            rows += [samples.left(interval, outcome) for outcome in outcomes]
+        excesses = [excess_of(row, allowed.whole) for row in rows]
+        best = int(np.argmin(excesses))
+        return excesses[best], rows[best]
+
+    def _finding(
+        self, interval: int, left: Array, allowed: Allowed, cause: Cause
+    ) -> Finding:
+        """Returns the finding in an interval, at the place with the largest excess."""
+        samples = self.samples
+        place, size, limit, unit = worst_place(samples, interval, left, allowed.whole)
+        times = samples.recording.times
+        return Finding(
+            interval=interval,
+            begin=float(times[interval]),
+            end=float(times[interval + 1]),
+            place=place,
+            left=size,
+            allowed=limit,
+            unit=unit,
+            excess=excess_of(left, allowed.whole),
+            cause=cause,
+        )
+
+
+def excess_of(left: Array, allowed: Array) -> float:
+    """Returns the largest ratio of what a step leaves to what is allowed."""
+    ratios = np.abs(left) / np.maximum(allowed, np.finfo(float).tiny)
+    return float(np.where(left == 0.0, 0.0, ratios).max(initial=0.0))
+
+
+def worst_place(
+    samples: SampleSteps, interval: int, left: Array, allowed: Array
+) -> tuple[str, float, float, str]:
+    """Returns the joint or activation with the largest excess, what is left and allowed there, and
+    the unit: an acceleration if the velocity is in excess, else a position or an activation."""
+    degrees = samples.space.velocities
+    ratios = np.abs(left) / np.maximum(allowed, np.finfo(float).tiny)
+    rates = slice(degrees, 2 * degrees)
+    names, units = samples.steps.place_names, samples.steps.units
+    if (ratios[rates] > 1.0).any() or not (ratios > 1.0).any():
+        number = int(np.argmax(ratios[rates]))
+        size, limit = (samples.acceleration(row, interval)[number] for row in (left, allowed))
+        return names[number], abs(float(size)), float(limit), f"{units[number]}/s²"
+    number = int(np.argmax(ratios))
+    size, limit = abs(float(left[number])), float(allowed[number])
+    if number < degrees:
+        return names[number], size, limit, units[number]
+    return f"activation {number - 2 * degrees}", size, limit, ""
+
+
+def first_findings(checked: Sequence[CheckedSteps]) -> Finding | None:
+    """Returns the earliest finding of several recordings; None if there is none."""
+    firsts = [steps.findings[0] for steps in checked if steps.findings]
+    return min(firsts, key=lambda finding: finding.begin) if firsts else None
