@@ -6,9 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from plumbob.reports.audit_from_python import audit, audit_contacts
+    from plumbob.reports.difference_from_python import assert_same_motion, difference
     from plumbob.reports.judge.assertion import check
 
-__all__ = ["__version__", "audit", "audit_contacts", "check"]
+__all__ = [
+    "__version__",
+    "assert_same_motion",
+    "audit",
+    "audit_contacts",
+    "check",
+    "difference",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -25,6 +33,14 @@ def __getattr__(name: str) -> Any:
         from plumbob.reports.audit_from_python import audit_contacts
 
         return audit_contacts
+    if name == "difference":
+        from plumbob.reports.difference_from_python import difference
+
+        return difference
+    if name == "assert_same_motion":
+        from plumbob.reports.difference_from_python import assert_same_motion
+
+        return assert_same_motion
     if name == "__version__":
         from importlib import metadata
 

@@ -1,11 +1,11 @@
-"""The band of a recorded motion: how far apart rounding and the solver's tolerance let two runs of it
-come, measured step by step along one recording and carried by step Jacobians."""
+"""The band of a recorded motion: how far apart rounding and the solver's tolerance let two runs
+come. It is measured step by step along one recording and carried by step Jacobians."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from plumbob.engines.recorded_step import StepInput
 # Sizes of the differences [m, rad, ...] of a step Jacobian, tried in this order until no contact
 # begins or ends within a difference. The smallest leaves 1e-4 of rounding.
 DIFFERENCES = (1e-7, 1e-9, 1e-11)
-LINEAR = 1e-3  # [m, rad, m/s, ...] bound up to which a difference is taken to grow linearly
+LINEAR = 1e-2  # [m, rad, m/s, ...] bound up to which a difference is taken to grow linearly
 DIRECTIONS = 3  # random directions within the band in which contacts are looked for
 
 
@@ -43,6 +43,7 @@ class BandMeasurement:
 
     samples: SampleSteps
     allowance: Allowance
+    precision: type[np.floating[Any]]  # in which the motions are computed
     why: str = field(default="", init=False)
     opened: str = field(default="", init=False)
 
@@ -69,7 +70,7 @@ class BandMeasurement:
             outcome = samples.steps.after(before)
             warm = outcome.warm_start
             converged = samples.steps.converged(before)
-            nudged = samples.steps.nudged(before, samples.precision, np.zeros_like)
+            nudged = samples.steps.nudged(before, self.precision, np.zeros_like)
             left = samples.space.differences(converged.state, outcome.state)
             jacobian = self._jacobian(before)
             if not (np.isfinite(jacobian).all() and np.isfinite(nudged).all()):
@@ -118,16 +119,13 @@ class BandMeasurement:
             )
             if difference == DIFFERENCES[-1] or self._alike(before, sides):
                 break
-        ends = [
-            np.array(
-                [
-                    samples.steps.converged(StepInput(row, before.controls, before.warm_start)).state
-                    for row in rows
-                ]
-            )
-            for rows in sides
-        ]
-        return np.asarray(samples.space.differences(*ends).T / (2.0 * difference))
+        ahead, behind = (np.array([self._end(before, row) for row in rows]) for rows in sides)
+        return samples.space.differences(ahead, behind).T / (2.0 * difference)
+
+    def _end(self, before: StepInput, state: Array) -> Array:
+        """Returns the state after the steps of `before` from another state."""
+        start = StepInput(state, before.controls, before.warm_start)
+        return self.samples.steps.converged(start).state
 
     def _alike(self, before: StepInput, sides: tuple[Array, Array]) -> bool:
         """Returns whether the same contacts and limits are active in a state and in states on both
@@ -136,15 +134,3 @@ class BandMeasurement:
         here = steps.touching(before.state)
         positions = self.samples.space.velocities
         return all(steps.touching(row) == here for rows in sides for row in rows[:positions])
-
-
-def largest_use(difference: Array, row: BandSample, unit: Array) -> float:
-    """Returns the largest ratio of a difference to the bound of a band, whose least is the `unit`
-    in which the recordings are given."""
-    bound = np.maximum(row.bound + unit, np.finfo(float).tiny)
-    return float((np.abs(difference) / bound).max(initial=0.0)) if difference.any() else 0.0
-
-
-def root_mean_square(row: BandSample) -> float:
-    """Returns the root of the sum of all mean squares of the band's estimate."""
-    return math.sqrt(float(np.sum(row.estimate**2)))

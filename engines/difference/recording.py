@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from plumbob.engines.tangent_space import space_of_layout
 from plumbob.models.border import must_be
 
 PARTS = ("time", "qpos", "qvel", "act", "ctrl", "qacc_warmstart")  # arrays of a recording
+COLUMNS = "columns"  # array with a column for each number, in the order of PARTS
 UNIT_LENGTH = 1e-3  # largest error of the length of a recorded quaternion
 # A double is within this many units in its last place of the decimal number that it was read from.
 READ_BACK = 2.0
@@ -38,7 +40,7 @@ class Resolution:
 
 DOUBLE = Resolution("double", float(np.finfo("f8").eps))
 SINGLE = Resolution("single", float(np.finfo("f4").eps))
-PRECISIONS = {"float64": DOUBLE, "float32": SINGLE}
+PRECISIONS = MappingProxyType({"float64": DOUBLE, "float32": SINGLE})
 
 
 @dataclass(frozen=True)
@@ -56,10 +58,15 @@ class Recording:
 
 
 def recording_of(
-    arrays: Mapping[str, Any], name: str, model: OwnModel, controls: Array | None = None
+    arrays: Mapping[str, Any],
+    name: str,
+    model: OwnModel,
+    controls: Array | None = None,
+    precision: str | None = None,
 ) -> Recording:
     """Returns the recording in `arrays` (PARTS by name), called `name` in messages, of a model.
-    `controls` are taken if the arrays have none. Raises ParameterError."""
+    `controls` replace those of the arrays. A `precision` in PRECISIONS replaces the one that the
+    numbers show. Raises ParameterError."""
     space = space_of_layout(model.layout)
     activations = model.state.size - space.positions - space.velocities
     sizes = {
@@ -69,13 +76,15 @@ def recording_of(
         "ctrl": len(model.layout.actuators),
         "qacc_warmstart": space.velocities,
     }
+    arrays = _split_columns(arrays, name, sizes) if COLUMNS in arrays else dict(arrays)
     times = _numbers(arrays, name, "time").ravel()
     _check_times(times, name)
-    arrays = dict(arrays)
     if controls is not None:
         arrays["ctrl"] = controls
     parts = {
-        part: _rows(arrays, name, part, len(times), size) for part, size in sizes.items() if size
+        part: _rows(arrays, name, part, len(times), size)
+        for part, size in sizes.items()
+        if size
     }
     if "qpos" not in parts or "qvel" not in parts:
         raise ParameterError(name, sorted(arrays), "a recording with qpos and qvel")
@@ -92,8 +101,26 @@ def recording_of(
         states=states,
         controls=parts.get("ctrl", np.zeros((len(times), 0))),
         warm_starts=parts.get("qacc_warmstart") if "qacc_warmstart" in arrays else None,
-        resolution=resolution_of(states),
+        resolution=resolution_of(states) if precision is None else PRECISIONS[precision],
     )
+
+
+def _split_columns(
+    arrays: Mapping[str, Any], name: str, sizes: Mapping[str, int]
+) -> dict[str, Any]:
+    """Returns the parts of a recording from an array with a column for each number: time, qpos,
+    qvel, act and ctrl, which may be left out. Raises ParameterError."""
+    columns = np.asarray(arrays[COLUMNS])
+    parts = {"time": 1} | {part: sizes[part] for part in ("qpos", "qvel", "act", "ctrl")}
+    whole = sum(parts.values())
+    if columns.shape[1] == whole - parts["ctrl"]:
+        del parts["ctrl"]
+    elif columns.shape[1] != whole:
+        shown = f"{columns.shape[1]} columns"
+        wanted = f"{whole} columns (time, qpos, qvel, act, ctrl), or named columns"
+        raise ParameterError(name, shown, wanted)
+    ends = np.cumsum(list(parts.values()))[:-1]
+    return dict(zip(parts, np.split(columns, ends, axis=1), strict=True))
 
 
 def _numbers(arrays: Mapping[str, Any], name: str, part: str) -> Array:
@@ -129,14 +156,18 @@ def _rows(arrays: Mapping[str, Any], name: str, part: str, count: int, size: int
     if part == "qacc_warmstart" and part not in arrays:
         return np.zeros((count, size))
     if part == "ctrl" and part not in arrays:
-        raise ParameterError(name, "no ctrl", f"a recording with {size} controls, or --controls")
+        raise ParameterError(
+            name, "no ctrl", f"a recording with {size} controls, or --controls"
+        )
     values = _numbers(arrays, name, part)
     values = values.reshape(len(values), -1)
     if part == "ctrl" and len(values) == count - 1:
         values = np.vstack([values, values[-1:]])
     if values.shape != (count, size):
         shown = f"{part} of shape {np.shape(arrays[part])}"
-        raise ParameterError(name, shown, f"of shape ({count}, {size}), as times and model have")
+        raise ParameterError(
+            name, shown, f"of shape ({count}, {size}), as times and model have"
+        )
     return values
 
 
@@ -147,7 +178,9 @@ def resolution_of(states: Array) -> Resolution:
     if not values.size:
         return DOUBLE
     chosen = values[:: max(1, len(values) // FEW)]
-    if np.array_equal(chosen.astype("f4").astype(float), chosen):
+    with np.errstate(over="ignore"):  # infinite in single precision: not equal
+        in_single = chosen.astype("f4").astype(float)
+    if np.array_equal(in_single, chosen):
         return SINGLE
     read_back = READ_BACK * np.spacing(np.abs(chosen))
     exponents = np.floor(np.log10(np.abs(chosen)))

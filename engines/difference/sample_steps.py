@@ -26,6 +26,12 @@ STEP_TOLERANCE = 1e-3
 QUATERNION = 2.0  # rotation [rad] by a change of 1 of a unit quaternion
 
 
+def computed_precision(*recordings: Recording) -> type[np.floating[Any]]:
+    """Returns the lowest precision in which steps of recordings are taken to be computed."""
+    single = any(recording.resolution == SINGLE for recording in recordings)
+    return np.float32 if single else np.float64
+
+
 @dataclass(frozen=True)
 class StepLaw:
     """How the steps of a recording are taken: by an integrator, at a step, with the controls of a
@@ -68,7 +74,7 @@ class SampleSteps:
     @property
     def precision(self) -> type[np.floating[Any]]:
         """The precision in which the recorded steps are taken to be computed."""
-        return np.float32 if self.recording.resolution == SINGLE else np.float64
+        return computed_precision(self.recording)
 
     @property
     def intervals(self) -> int:
@@ -94,7 +100,8 @@ class SampleSteps:
     def control(self, interval: int) -> Array:
         """Returns the control that the law holds in an interval."""
         last = len(self.recording.controls) - 1
-        return self.recording.controls[min(max(interval + self.law.shift, 0), last)]
+        row = min(max(interval + self.law.shift, 0), last)
+        return np.asarray(self.recording.controls[row])
 
     def before(
         self, interval: int, warm_start: Array, control: Array | None = None
@@ -115,11 +122,7 @@ class SampleSteps:
 
     def unit_after(self, interval: int) -> Array:
         """Returns how finely the sample after an interval is given, in tangent coordinates."""
-        state = self.recording.states[interval + 1]
-        unit = self.recording.resolution.unit(state)
-        for first, _ in self.space.attitudes:
-            unit[first : first + 4] = QUATERNION * unit[first : first + 4].max()
-        return np.delete(unit, [first for first, _ in self.space.attitudes])
+        return tangent_unit(self.space, self.recording, interval + 1)
 
     def allowed(self, before: StepInput, interval: int) -> Allowed:
         """Returns what the steps of an interval may leave: rounding, by nudges, and the solver, by
@@ -142,3 +145,11 @@ class SampleSteps:
         duration = max(int(self.counts[interval]), 1) * self.law.step
         first = self.space.velocities
         return left[first : 2 * first] / duration
+
+
+def tangent_unit(space: TangentSpace, recording: Recording, row: int) -> Array:
+    """Returns how finely the numbers of a sample are given, in tangent coordinates, shape (m,)."""
+    unit = recording.resolution.unit(recording.states[row])
+    for first, _ in space.attitudes:
+        unit[first : first + 4] = QUATERNION * unit[first : first + 4].max()
+    return np.delete(unit, [first for first, _ in space.attitudes])

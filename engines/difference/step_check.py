@@ -1,14 +1,14 @@
 """The steps of a recording that are not the model's: from each sample the model takes one step, and
 what it leaves of the next sample is held against what precision and solver allow.
 
-Each step is judged alone, so that a chaotic motion is judged as well as any other. The solver begins
-each step where the model's own step before it ended: for a recording of every step from a reset on,
-that is its own warm start."""
+Each step is judged alone, so that a chaotic motion is judged as well as any other. The solver
+begins each step where the model's own step before it ended: for a recording of every step from a
+reset on, that is its own warm start."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -121,10 +121,8 @@ def _explained(samples: SampleSteps) -> float:
             warm = samples.steps.after(samples.before(interval - 1, warm)).warm_start
         before = samples.before(interval, warm)
         left = np.abs(samples.left(interval, samples.steps.after(before)))
-        if (left <= samples.unit_after(interval)).all():
-            explained += 1
-        elif (left <= samples.allowed(before, interval).whole).all():
-            explained += 1
+        fine = (left <= samples.unit_after(interval)).all()
+        explained += bool(fine or (left <= samples.allowed(before, interval).whole).all())
     return explained / len(chosen)
 
 
@@ -174,21 +172,19 @@ class StepChecker:
         intervals that this explains."""
         samples = self.samples
         left = samples.left(interval, outcome)
+        self._note_left(interval, left)
         regular = samples.counts[interval] == samples.usual_count
         fine = bool((np.abs(left) <= samples.unit_after(interval)).all())
         if regular and fine and not self._is_probe(interval, outcome):
-            self._note_left(interval, left)
             return 1
         allowed = samples.allowed(before, interval)
         self._note_allowed(interval, allowed)
         if regular and excess_of(left, allowed.rounding) <= 1.0:
             self.alike += bool((allowed.solver > allowed.rounding).any())
-            self._note_left(interval, left)
             return 1
         excess, left = self._least_excess(interval, before, left, allowed)
         if regular and excess <= 1.0 and self.alike < ALIKE_STEPS:
             self.alike = 0
-            self._note_left(interval, left)
             return 1
         self.alike = 0
         if excess <= 1.0:
@@ -238,9 +234,7 @@ class StepChecker:
         best = int(np.argmin(excesses))
         return excesses[best], rows[best]
 
-    def _finding(
-        self, interval: int, left: Array, allowed: Allowed, cause: Cause
-    ) -> Finding:
+    def _finding(self, interval: int, left: Array, allowed: Allowed, cause: Cause) -> Finding:
         """Returns the finding in an interval, at the place with the largest excess."""
         samples = self.samples
         place, size, limit, unit = worst_place(samples, interval, left, allowed.whole)
@@ -282,9 +276,3 @@ def worst_place(
     if number < degrees:
         return names[number], size, limit, units[number]
     return f"activation {number - 2 * degrees}", size, limit, ""
-
-
-def first_findings(checked: Sequence[CheckedSteps]) -> Finding | None:
-    """Returns the earliest finding of several recordings; None if there is none."""
-    firsts = [steps.findings[0] for steps in checked if steps.findings]
-    return min(firsts, key=lambda finding: finding.begin) if firsts else None

@@ -3,7 +3,7 @@ controls or of the samples that explains it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -203,13 +203,14 @@ def common_cause(causes: Sequence[Cause], further: int) -> Cause | None:
     if len(causes) < 3:
         return None
     shared = set.intersection(*({name for name, _ in cause.factors} for cause in causes))
-    steadiest: Callable[[str], float] = lambda name: _spread(causes, name)  # noqa: E731
-    for name in sorted(shared, key=steadiest):
-        factors = [dict(cause.factors)[name] for cause in causes]
-        if _spread(causes, name) <= SAME_FACTOR:
-            return Cause("factor", name, float(np.median(factors)))
-        break
-    kinds = {(cause.kind, cause.part) for cause in causes if cause.kind not in ("joint", "factor")}
+    spreads = {name: _spread(causes, name) for name in sorted(shared)}
+    steadiest = min(spreads, key=lambda name: spreads[name], default="")
+    if steadiest and spreads[steadiest] <= SAME_FACTOR:
+        factors = [dict(cause.factors)[steadiest] for cause in causes]
+        return Cause("factor", steadiest, float(np.median(factors)))
+    kinds = {
+        (cause.kind, cause.part) for cause in causes if cause.kind not in ("joint", "factor")
+    }
     if len(kinds) == 1 and len({cause.kind for cause in causes}) == 1:
         return causes[0]
     return None

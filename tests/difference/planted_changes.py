@@ -120,3 +120,106 @@ def first_contact(motion, least):
         for pair in sorted(motion.touched[step]):
             return step, pair
     return None
+
+
+ROW = 60  # row of the sample before the step that is changed
+
+
+def _one_step(other, kind, part=""):
+    """A plant of one step that another function takes, and the finding that is expected."""
+    return lambda model: (Motion(model, at=ROW, other=other).arrays(), (ROW, kind, part))
+
+
+def _rows(order, row, kind, times=True):
+    """A plant of samples in another order, with regular times or with their own."""
+
+    def plant(model):
+        motion = Motion(model)
+        rows = order(list(range(len(motion.times))))
+        regular = motion.times[: len(rows)] if times else None
+        return motion.arrays(rows, times=regular), (row, kind, "")
+
+    return plant
+
+
+def _contact(model):
+    motion = Motion(model)
+    step, pair = first_contact(motion, ROW)
+    moving = [geom for geom in pair if model.body_weldid[model.geom_bodyid[geom]]][0]
+    other = without(moving)
+    return Motion(model, at=step, other=other).arrays(), (
+        step,
+        "contact",
+        model.geom(moving).name,
+    )
+
+
+def other_integrator(model):
+    """The integrator that a model does not have: RK4 of Euler's, and Euler of others."""
+    kinds = mujoco.mjtIntegrator
+    euler = model.opt.integrator == kinds.mjINT_EULER
+    return ("rk4", kinds.mjINT_RK4) if euler else ("euler", kinds.mjINT_EULER)
+
+
+def _integrator(model):
+    name, number = other_integrator(model)
+    arrays = Motion(model, at=ROW, other=integrator(number)).arrays()
+    return arrays, (ROW, "integrator", name)
+
+
+PLANTS = {
+    "a contact left out": _contact,
+    "gravity": _one_step(gravity(1.0 + 1e-6), "factor", "gravity"),
+    "a control late": _one_step(control_of(1), "late"),
+    "another integrator": _integrator,
+    "a sample repeated": _rows(lambda rows: [*rows[: ROW + 1], *rows[ROW:-1]], ROW, "repeated"),
+    "a sample dropped": _rows(lambda rows: rows[:ROW] + rows[ROW + 1 :], ROW - 1, "dropped"),
+    "a sample and its time dropped": _rows(
+        lambda rows: rows[:ROW] + rows[ROW + 1 :], ROW - 1, "dropped", False
+    ),
+    "samples swapped": _rows(
+        lambda rows: [*rows[:ROW], ROW + 1, ROW, *rows[ROW + 2 :]], ROW - 1, "swapped"
+    ),
+}
+
+
+def halved(model):
+    """A motion at half the model's step, of which every second sample is recorded."""
+    finer = copy.copy(model)
+    finer.opt.timestep /= 2.0
+    held = Motion(finer, 200, controls=lambda _, step: sines(model, step // 2))
+    return held.arrays(slice(None, None, 2))
+
+
+LEG = """
+<mujoco model="leg">
+  <option timestep="0.002" integrator="{integrator}" {solver}/>
+  <worldbody>
+    <geom name="floor" type="plane" size="9 9 .1" friction=".8"/>
+    <body name="hip" pos="0 0 .78">
+      <joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
+      <joint name="pitch" axis="0 1 0" damping=".1"/>
+      <geom name="trunk" type="box" size=".15 .1 .05" mass="5"/>
+      <body name="thigh"><joint name="hip_pitch" axis="0 1 0" damping=".5" armature=".01"/>
+        <geom name="thigh" type="capsule" fromto="0 0 0 .1 0 -.36" size=".03" mass="1"/>
+        <body name="shank" pos=".1 0 -.36">
+          <joint name="knee" axis="0 1 0" damping=".5" range="-100 -5" limited="true"/>
+          <geom name="shank" type="capsule" fromto="0 0 0 -.08 0 -.36" size=".02" mass=".6"/>
+          <geom name="heel" type="sphere" pos="-.08 0 -.38" size=".03" mass=".2"/>
+        </body></body></body>
+    <body name="ball" pos=".5 0 .2"><freejoint name="ball"/>
+      <geom name="ball" type="ellipsoid" size=".1 .08 .06" mass=".5"/></body>
+  </worldbody>
+  <actuator>
+    <motor name="hip" joint="hip_pitch" gear="20"/>
+    <general name="knee" joint="knee" gear="20" dyntype="filter" dynprm=".05" gainprm="1"/>
+  </actuator>
+</mujoco>
+"""
+LEGS = {
+    "euler": LEG.format(integrator="Euler", solver=""),
+    "implicitfast, elliptic, CG": LEG.format(
+        integrator="implicitfast", solver='cone="elliptic" solver="CG"'
+    ),
+    "RK4, PGS at its cap": LEG.format(integrator="RK4", solver='solver="PGS" iterations="4"'),
+}

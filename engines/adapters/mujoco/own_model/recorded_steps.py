@@ -27,7 +27,14 @@ from plumbob.engines.recorded_step import StepInput, StepOutcome, Suspect
 NUDGED_FIELDS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
     *("jnt_pos", "jnt_axis", "jnt_stiffness", "qpos_spring", "dof_armature", "dof_damping"),
-    *("dof_invweight0", "body_invweight0", "geom_pos", "geom_quat", "geom_size", "geom_friction"),
+    *(
+        "dof_invweight0",
+        "body_invweight0",
+        "geom_pos",
+        "geom_quat",
+        "geom_size",
+        "geom_friction",
+    ),
     *("actuator_gear", "actuator_gainprm", "actuator_biasprm", "tendon_stiffness"),
     *("tendon_damping",),
 )
@@ -140,7 +147,8 @@ class MujocoRecordedSteps:
             self._nudges[precision] = [
                 {
                     name: values
-                    + rng.choice([-1.0, 1.0], values.shape) * unit_in_last_place(values, precision)
+                    + rng.choice([-1.0, 1.0], values.shape)
+                    * unit_in_last_place(values, precision)
                     for name, values in fields.items()
                 }
                 for _ in range(NUDGES)
@@ -172,7 +180,8 @@ class MujocoRecordedSteps:
             return f"contact {pair_name(self.model, geoms)}"
         if kind == FIRST_LIMIT:
             return f"limit of {name_with_kind(self.model, 'joint', number)}"
-        return mujoco.mjtConstraint(kind).name.removeprefix("mjCNSTR_").lower().replace("_", " ")
+        words = str(mujoco.mjtConstraint(kind).name).removeprefix("mjCNSTR_")
+        return words.lower().replace("_", " ")
 
     def without_contact(self, before: StepInput, pair: tuple[int, ...]) -> StepOutcome:
         """Returns the outcome of steps without the collisions of the moving geom of a pair, or of
