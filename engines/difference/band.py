@@ -19,7 +19,7 @@ from plumbob.engines.recorded_step import StepInput
 # begins or ends within a difference. The smallest leaves 1e-4 of rounding.
 DIFFERENCES = (1e-7, 1e-9, 1e-11)
 LINEAR = 1e-2  # [m, rad, m/s, ...] bound up to which a difference is taken to grow linearly
-DIRECTIONS = 3  # random directions within the band in which contacts are looked for
+DIRECTIONS = 3  # random directions, to the edge of the band, in which contacts are looked for
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,12 @@ class BandMeasurement:
         roots = vectors * np.sqrt(np.maximum(values, 0.0))
         drawn = np.random.default_rng(interval).standard_normal((DIRECTIONS, len(values)))
         shifts = np.vstack([roots[:, -1], drawn @ roots.T])
-        widths = np.abs(shifts) / np.maximum(row.bound, np.finfo(float).tiny)
-        shifts = shifts / np.maximum(widths.max(axis=1, keepdims=True), np.finfo(float).tiny)
+        degrees = samples.space.velocities
+        widths = np.abs(shifts[:, :degrees]).max(axis=1, keepdims=True)
+        bound = row.bound[:degrees].max()
+        shifts = np.where(
+            widths > 0.0, bound * shifts / np.where(widths > 0.0, widths, 1.0), 0.0
+        )
         here = set(samples.steps.touching(state))
         for shift in (*shifts, *-shifts):
             there = set(samples.steps.touching(samples.space.shifted(state, shift)))

@@ -131,11 +131,12 @@ def _numbers(arrays: Mapping[str, Any], name: str, part: str) -> Array:
         values = np.asarray(arrays[part])
         if values.dtype.kind not in "fiu":
             raise ValueError(f"numbers, not {values.dtype}")
-        values = values.astype(float)
-    if not values.size or not np.isfinite(values).all():
-        rows = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
-        where = f"{part} of row {rows[0]}" if rows.size else f"no {part}"
-        raise ParameterError(name, where, "finite numbers")
+        values = np.atleast_1d(values.astype(float))
+    if not values.size:
+        raise ParameterError(name, f"no numbers in {part}", "a recording with samples")
+    finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if not finite.all():
+        raise ParameterError(name, f"{part} of row {int(np.argmin(finite))}", "finite numbers")
     return values
 
 
@@ -194,5 +195,7 @@ def resolution_of(states: Array) -> Resolution:
 
 def _is_rounded(values: Array, read_back: Array, decimals: Array) -> bool:
     """Returns whether each value is a number of so many decimals, as far as a double holds it."""
-    scale = 10.0**decimals
-    return bool((np.abs(np.rint(values * scale) / scale - values) <= read_back).all())
+    with np.errstate(all="ignore"):  # not finite where the scale is out of range: not rounded
+        scale = 10.0**decimals
+        off = np.abs(np.rint(values * scale) / scale - values)
+    return bool((off <= read_back).all())

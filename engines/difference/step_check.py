@@ -10,21 +10,29 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.difference.recording import Recording
-from plumbob.engines.difference.sample_steps import Allowed, SampleSteps, StepLaw
+from plumbob.engines.difference.sample_steps import (
+    STEP_TOLERANCE,
+    Allowed,
+    SampleSteps,
+    StepLaw,
+)
 from plumbob.engines.difference.step_terms import Cause, cause_of, common_cause
 from plumbob.engines.own_motion import OwnModel
 from plumbob.engines.recorded_step import StepInput, StepOutcome
 
 PROBES = 12  # intervals from which the law of the steps is recognised
-EXPLAINED = 0.5  # part of the probes that a law must explain
+EXPLAINED = 0.4  # part of the probes that another law must explain
+NEARLY_ALL = 0.9  # part of the probes that the model's own law explains if no other is tried
 OTHER_COUNTS = (1, 2, 3, 4, 5, 8, 10, 16, 20)  # numbers of steps of another size in an interval
-MOST_EXPLAINED = 24  # findings whose cause is looked for; others are counted
+MOST_CAUSES = 8  # findings whose cause is looked for
+MOST_FINDINGS = 100  # findings that are kept; others are counted
 # Steps in a row after which the solver of a recording is taken to end as the model's own does: it
 # then leaves no more than rounding
 ALIKE_STEPS = 8
@@ -53,7 +61,7 @@ class CheckedSteps:
 
     law: StepLaw
     findings: tuple[Finding, ...]
-    unexplained: int  # further steps that are not the model's, whose cause was not looked for
+    further: int  # number of further steps that are not the model's
     checked: int  # number of intervals that were checked
     # Largest acceleration that is left and allowed [m/s^2, rad/s^2], and the parts of rounding and
     # solver in the median of what is allowed
@@ -72,25 +80,25 @@ def check_steps(model: OwnModel, recording: Recording, allowance: Allowance) -> 
 
 
 def recognised_law(model: OwnModel, recording: Recording, allowance: Allowance) -> StepLaw:
-    """Returns the law by which most of the probed steps of a recording are taken; the model's own
-    if no law explains most of them, or if the time ends."""
+    """Returns the law that explains most of the probed steps of a recording; the model's own if no
+    law explains many more, or if the time ends."""
     own = StepLaw(model.integrator, model.step)
-    best, most = own, 0.0
-    for law in _laws(model, recording):
-        if allowance.left < 0.0 and most:
+    probes = _Probes(SampleSteps(model, recording, own))
+    best, most = own, probes.explained(probes.samples)
+    if most > NEARLY_ALL:
+        return own
+    for law in _other_laws(model, recording):
+        if allowance.left < 0.0:
             break
-        explained = _explained(SampleSteps(model, recording, law))
+        explained = probes.explained(SampleSteps(model, recording, law))
         if explained > max(most, EXPLAINED):
             best, most = law, explained
-        if law == own and most:
-            break
     return best
 
 
-def _laws(model: OwnModel, recording: Recording) -> Iterator[StepLaw]:
-    """Yields the laws to try: the model's own first, then other controls, integrators and steps."""
+def _other_laws(model: OwnModel, recording: Recording) -> Iterator[StepLaw]:
+    """Yields the laws to try beside the model's own: other controls, integrators and steps."""
     own = StepLaw(model.integrator, model.step)
-    yield own
     shifts = (-1, 1) if recording.controls.any() else ()
     for shift in shifts:
         yield replace(own, shift=shift)
@@ -98,32 +106,63 @@ def _laws(model: OwnModel, recording: Recording) -> Iterator[StepLaw]:
     for integrator in others:
         yield replace(own, integrator=integrator)
     gap = float(np.median(np.diff(recording.times)))
+    multiple = round(gap / model.step)
+    if multiple and abs(gap / model.step - multiple) < STEP_TOLERANCE:
+        gap = multiple * model.step  # without the rounding of times
     for count in OTHER_COUNTS:
-        if not math.isclose(gap / count, model.step, rel_tol=1e-6):
+        if not math.isclose(gap / count, model.step, rel_tol=STEP_TOLERANCE):
             yield replace(own, step=gap / count)
     for integrator in others:
         for shift in shifts:
             yield replace(own, integrator=integrator, shift=shift)
-        yield replace(own, integrator=integrator, step=gap)
+        if not math.isclose(gap, model.step, rel_tol=STEP_TOLERANCE):
+            yield replace(own, integrator=integrator, step=gap)
 
 
-def _explained(samples: SampleSteps) -> float:
-    """Returns the fraction of the probed intervals whose steps a law explains."""
-    chosen = np.unique(np.linspace(0, samples.intervals - 1, PROBES).astype(int)).tolist()
-    explained = 0
-    for interval in chosen:
-        if not samples.counts[interval]:
-            continue
+@dataclass(frozen=True)
+class _Probes:
+    """Intervals of a recording in which laws are tried, and what steps by the first law may leave
+    there."""
+
+    samples: SampleSteps  # by the model's own law
+
+    @cached_property
+    def intervals(self) -> list[int]:
+        """The first intervals, and others that are spread over the recording."""
+        last = self.samples.intervals - 1
+        spread = np.linspace(0, last, PROBES)
+        return [int(k) for k in np.unique([*range(min(PROBES, last + 1)), *spread])]
+
+    @cached_property
+    def allowed(self) -> dict[int, Allowed]:
+        """What steps may leave in each interval."""
+        cold = np.zeros(self.samples.space.velocities)
+        return {
+            interval: self.samples.allowed(self.samples.before(interval, cold), interval)
+            for interval in self.intervals
+        }
+
+    def explained(self, samples: SampleSteps) -> float:
+        """Returns the fraction of the intervals that the steps of a law explain, by rounding alone
+        and with the solver: the mean of both."""
+        explained = 0
         warm = np.zeros(samples.space.velocities)
-        if samples.recording.warm_starts is not None:
-            warm = samples.recording.warm_starts[interval]
-        elif interval:
-            warm = samples.steps.after(samples.before(interval - 1, warm)).warm_start
-        before = samples.before(interval, warm)
-        left = np.abs(samples.left(interval, samples.steps.after(before)))
-        fine = (left <= samples.unit_after(interval)).all()
-        explained += bool(fine or (left <= samples.allowed(before, interval).whole).all())
-    return explained / len(chosen)
+        previous = -1
+        for interval in self.intervals:
+            if not samples.counts[interval]:
+                continue
+            if samples.recording.warm_starts is not None:
+                warm = samples.recording.warm_starts[interval]
+            elif interval != previous + 1:
+                before = samples.before(interval - 1, np.zeros_like(warm))
+                warm = samples.steps.after(before).warm_start
+            outcome = samples.steps.after(samples.before(interval, warm))
+            warm, previous = outcome.warm_start, interval
+            left = np.abs(samples.left(interval, outcome))
+            allowed = self.allowed[interval]
+            explained += bool((left <= allowed.rounding).all())
+            explained += bool((left <= allowed.whole).all())
+        return explained / (2 * len(self.intervals))
 
 
 class StepChecker:
@@ -132,7 +171,7 @@ class StepChecker:
     def __init__(self, samples: SampleSteps, allowance: Allowance) -> None:
         self.samples, self.allowance = samples, allowance
         self.findings: list[Finding] = []
-        self.unexplained = 0
+        self.further = 0
         # Steps in a row in which the solver leaves more than rounding and the recording does not
         self.alike = 0
         self.warm_starts: list[Array] = []  # of the last intervals
@@ -156,13 +195,13 @@ class StepChecker:
         return CheckedSteps(
             law=samples.law,
             findings=tuple(self.findings),
-            unexplained=self.unexplained,
+            further=self.further,
             checked=interval,
             largest_left=self.largest_left,
             largest_allowed=self.largest_allowed,
             rounding=float(rounding),
             solver=float(solver),
-            common=common_cause([finding.cause for finding in self.findings], self.unexplained),
+            common=common_cause([finding.cause for finding in self.findings]),
         )
 
     def _intervals_explained(
@@ -189,10 +228,12 @@ class StepChecker:
         self.alike = 0
         if excess <= 1.0:
             allowed = replace(allowed, solver=np.zeros_like(allowed.solver))
-        if len(self.findings) >= MOST_EXPLAINED:
-            self.unexplained += 1
+        if len(self.findings) >= MOST_FINDINGS:
+            self.further += 1
             return 1
-        cause = cause_of(samples, interval, before, outcome, allowed.whole)
+        cause = Cause("unsearched")
+        if len(self.findings) < MOST_CAUSES:
+            cause = cause_of(samples, interval, before, outcome, allowed.whole)
         self.findings.append(self._finding(interval, left, allowed, cause))
         return cause.intervals
 

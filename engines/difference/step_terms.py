@@ -30,7 +30,7 @@ class Cause:
 
     The kinds are: "repeated", "dropped", "swapped", "sample" (one sample alone), "late" and "early"
     (the control of the sample before or after), "unactuated", "contact", "integrator", "factor" (a
-    part of the model times a factor), and "joint" (no single cause)."""
+    part of the model times a factor), "joint" (no single cause), and "unsearched"."""
 
     kind: str
     part: str = ""  # contact, integrator or part of the model
@@ -197,9 +197,10 @@ def _factor(
     return factor
 
 
-def common_cause(causes: Sequence[Cause], further: int) -> Cause | None:
+def common_cause(causes: Sequence[Cause]) -> Cause | None:
     """Returns the one cause of several steps: one kind of all of them, or one part of the model
-    whose factor is the same in all; None if there is none. `further` steps have no known cause."""
+    whose factor is the same in all; None if there is none."""
+    causes = [cause for cause in causes if cause.kind != "unsearched"]
     if len(causes) < 3:
         return None
     shared = set.intersection(*({name for name, _ in cause.factors} for cause in causes))

@@ -75,7 +75,7 @@ def _steps_record(steps: CheckedSteps) -> dict[str, Any]:
         "allowed_by_rounding": steps.rounding,
         "allowed_by_solver": steps.solver,
         "findings": [_finding_record(finding) for finding in steps.findings],
-        "further_findings": steps.unexplained,
+        "further_findings": steps.further,
         "common_cause": None
         if steps.common is None
         else {

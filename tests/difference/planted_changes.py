@@ -145,7 +145,7 @@ def _rows(order, row, kind, times=True):
 def _contact(model):
     motion = Motion(model)
     step, pair = first_contact(motion, ROW)
-    moving = [geom for geom in pair if model.body_weldid[model.geom_bodyid[geom]]][0]
+    moving = next(geom for geom in pair if model.body_weldid[model.geom_bodyid[geom]])
     other = without(moving)
     return Motion(model, at=step, other=other).arrays(), (
         step,
@@ -155,10 +155,11 @@ def _contact(model):
 
 
 def other_integrator(model):
-    """The integrator that a model does not have: RK4 of Euler's, and Euler of others."""
+    """RK4 for a model that has another integrator, else Euler. (Euler and implicitfast may be the
+    same step.)"""
     kinds = mujoco.mjtIntegrator
-    euler = model.opt.integrator == kinds.mjINT_EULER
-    return ("rk4", kinds.mjINT_RK4) if euler else ("euler", kinds.mjINT_EULER)
+    is_rk4 = model.opt.integrator == kinds.mjINT_RK4
+    return ("euler", kinds.mjINT_EULER) if is_rk4 else ("rk4", kinds.mjINT_RK4)
 
 
 def _integrator(model):

@@ -1,5 +1,5 @@
-"""Steps of recordings that are not the model's: planted changes are found at their sample with their
-term, and recordings as they are have no finding."""
+"""Steps of recordings that are not the model's: planted changes are found at their sample with
+their term, and recordings as they are have no finding."""
 
 import mujoco
 import numpy as np
@@ -49,13 +49,10 @@ def named(name):
     return name if isinstance(name, str) else name[1]
 
 
-both = pytest.mark.parametrize(
-    "name",
-    [*LEGS, *(pytest.param(robot, marks=pytest.mark.long) for robot in ROBOTS)],
-    ids=named,
-)
+both = pytest.mark.parametrize("name", [*LEGS, *ROBOTS], ids=named)
 
 
+@pytest.mark.long(keep=2)
 @both
 @pytest.mark.parametrize("plant", PLANTS)
 def test_a_planted_change_is_found_with_its_term(name, plant):
@@ -68,6 +65,7 @@ def test_a_planted_change_is_found_with_its_term(name, plant):
         assert finding.cause.factor == pytest.approx(1.0 + 1e-6, abs=1e-9)
 
 
+@pytest.mark.long(keep=1)
 @both
 def test_a_push_of_100_thresholds_is_found_and_one_of_a_tenth_is_not(name):
     model = compiled(name)
@@ -90,6 +88,7 @@ def test_a_push_of_100_thresholds_is_found_and_one_of_a_tenth_is_not(name):
     ).findings
 
 
+@pytest.mark.long(keep=0)
 @both
 def test_what_holds_throughout_is_recognised(name):
     model = compiled(name)
@@ -104,10 +103,13 @@ def test_what_holds_throughout_is_recognised(name):
     assert finer.law.step == pytest.approx(own.step / 2.0)
     assert not finer.findings
     heavier = checked(model, Motion(model, other=gravity(1.0 + 1e-6)).arrays())
-    assert (heavier.findings[0].interval, heavier.common.part) == (0, "gravity")
+    # At its start the walker's feet touch the floor to within rounding: that step may be any.
+    assert heavier.findings[0].interval <= 1
+    assert heavier.common.part == "gravity"
     assert heavier.common.factor == pytest.approx(1.0 + 1e-6, abs=1e-9)
 
 
+@pytest.mark.long(keep=0)
 @both
 def test_single_precision_is_recognised(name):
     model = compiled(name)
@@ -119,6 +121,7 @@ def test_single_precision_is_recognised(name):
     assert check_steps(own, in_double, Allowance(60.0)).findings
 
 
+@pytest.mark.long(keep=2)
 @both
 @pytest.mark.parametrize(
     "shape", ["as it is", "warm", "from the middle", "each fourth", "6 digits"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any
 
@@ -64,10 +64,22 @@ class MujocoRecordedSteps:
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         self.start = start
         self.data = self._new_data(self.model)
-        self.converging = with_converging_solver(copy.copy(self.model))
-        self.changed = copy.copy(self.model)
-        self.changed_data = self._new_data(self.changed)
         self._nudges: dict[Any, list[dict[str, Array]]] = {}
+
+    @cached_property
+    def converging(self) -> Any:
+        """The model with a solver that runs to its floor."""
+        return with_converging_solver(copy.copy(self.model))
+
+    @cached_property
+    def changed(self) -> Any:
+        """A copy of the model whose numbers are changed for some steps."""
+        return copy.copy(self.model)
+
+    @cached_property
+    def changed_data(self) -> Any:
+        """The mjData of the changed copy."""
+        return self._new_data(self.changed)
 
     def _new_data(self, model: Any) -> Any:
         """Returns new mjData of `model` with the mocap poses of the start."""
