@@ -18,7 +18,7 @@ from plumbob.reports.judge.differences import EXPLAINED, difference_verdict
 from plumbob.reports.view.difference import difference_lines, difference_record
 
 DIFFERENCE_SECONDS = 60.0  # [s] default processor time of a comparison
-Motion = str | Path | Mapping[str, Any]
+RecordedMotion = str | Path | Mapping[str, Any]
 """A recorded motion: a file, or arrays by name: time, qpos, qvel, act, ctrl, qacc_warmstart."""
 
 
@@ -53,8 +53,8 @@ class DifferenceResult(ComparedMotions):
 
 @quiet()
 def difference(
-    a: Motion,
-    b: Motion | None = None,
+    a: RecordedMotion,
+    b: RecordedMotion | None = None,
     model: Any = None,
     controls: Array | None = None,
     *,
@@ -111,7 +111,11 @@ def recorded_model(model: Any, start: Start) -> OwnModel:
 
 
 def _recording(
-    name: str, motion: Motion, model: OwnModel, controls: Array | None, precision: str | None
+    name: str,
+    motion: RecordedMotion,
+    model: OwnModel,
+    controls: Array | None,
+    precision: str | None,
 ) -> Recording:
     """Returns a recorded motion, from a file or from arrays. Raises ParameterError."""
     if isinstance(motion, (str, Path)):
@@ -125,8 +129,8 @@ def _recording(
 
 
 def assert_same_motion(
-    a: Motion,
-    b: Motion | None,
+    a: RecordedMotion,
+    b: RecordedMotion | None,
     model: Any,
     precision: str | None = None,
     controls: Array | None = None,

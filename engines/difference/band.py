@@ -19,7 +19,9 @@ from plumbob.engines.recorded_step import StepInput
 # begins or ends within a difference. The smallest leaves 1e-4 of rounding.
 DIFFERENCES = (1e-7, 1e-9, 1e-11)
 LINEAR = 1e-2  # [m, rad, m/s, ...] bound up to which a difference is taken to grow linearly
-DIRECTIONS = 3  # random directions, to the edge of the band, in which contacts are looked for
+BAND_DIRECTIONS = (
+    3  # random directions, to the edge of the band, in which contacts are looked for
+)
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ class BandMeasurement:
         samples = self.samples
         values, vectors = np.linalg.eigh(row.covariance)
         roots = vectors * np.sqrt(np.maximum(values, 0.0))
-        drawn = np.random.default_rng(interval).standard_normal((DIRECTIONS, len(values)))
+        drawn = np.random.default_rng(interval).standard_normal((BAND_DIRECTIONS, len(values)))
         shifts = np.vstack([roots[:, -1], drawn @ roots.T])
         degrees = samples.space.velocities
         widths = np.abs(shifts[:, :degrees]).max(axis=1, keepdims=True)

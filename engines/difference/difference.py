@@ -124,27 +124,33 @@ def _difference(
             for row, other in pairs.tolist()
         ]
     )
-    differing = np.flatnonzero((states != others).any(axis=1))
-    rows = np.zeros((4, len(pairs)))
-    band = None
-    if differing.size:
-        begin = max(int(differing[0]) - 1, 0)
-        precision = computed_precision(first, second)
-        measurement = BandMeasurement(samples, allowance, precision)
-        band = measurement.band(int(pairs[begin, 0]), changes[begin])
-        for number in range(begin + 1, len(pairs)):
-            place = int(pairs[number, 0]) - band.first
-            rows[:, number] = np.nan
-            if place <= len(band.samples):
-                sample = band.samples[place - 1]
-                degrees = samples.space.velocities
-                rows[:3, number] = [
-                    part[:degrees].max()
-                    for part in (sample.estimate, sample.bound, sample.solver)
-                ]
-                rows[3, number] = _use(changes[number], sample.bound + units[number], degrees)
     at_start = bool((np.abs(changes[0]) > units[0]).any())
+    differing = np.flatnonzero((states != others).any(axis=1))
+    if not differing.size:
+        return _record(samples, pairs, changes, np.zeros((4, len(pairs))), at_start, None)
+    begin = max(int(differing[0]) - 1, 0)
+    measurement = BandMeasurement(samples, allowance, computed_precision(first, second))
+    band = measurement.band(int(pairs[begin, 0]), changes[begin])
+    degrees = samples.space.velocities
+    rows = _band_rows(band, pairs[:, 0] - band.first, changes, units, degrees)
     return _record(samples, pairs, changes, rows, at_start, band)
+
+
+def _band_rows(band: Band, places: Array, changes: Array, units: Array, degrees: int) -> Array:
+    """Returns the largest estimate, bound and part of the solver of any position, and the use of
+    the band by the `changes`, at samples that come so many `places` after the first of the band,
+    shape (4, n): before the band 0, after it NaN. The first `degrees` numbers are positions. The
+    recordings are given in `units`."""
+    rows = np.zeros((4, len(places)))
+    for number, place in enumerate(places.tolist()):
+        if place > len(band.samples):
+            rows[:, number] = np.nan
+        elif place > 0:
+            sample = band.samples[place - 1]
+            parts = (sample.estimate, sample.bound, sample.solver)
+            rows[:3, number] = [part[:degrees].max() for part in parts]
+            rows[3, number] = _use(changes[number], sample.bound + units[number], degrees)
+    return rows
 
 
 def _use(change: Array, bound: Array, degrees: int) -> float:

@@ -16,12 +16,12 @@ from plumbob.engines.tangent_space import space_of_layout
 from plumbob.models.border import must_be
 
 PARTS = ("time", "qpos", "qvel", "act", "ctrl", "qacc_warmstart")  # arrays of a recording
-COLUMNS = "columns"  # array with a column for each number, in the order of PARTS
+BARE_COLUMNS = "columns"  # array with a column for each number, in the order of PARTS
 UNIT_LENGTH = 1e-3  # largest error of the length of a recorded quaternion
 # A double is within this many units in its last place of the decimal number that it was read from.
 READ_BACK = 2.0
-MOST_DIGITS = 14  # a double that was written with more significant digits is as good as exact
-FEW = 2000  # numbers of a recording that are tried for their digits
+MOST_DIGITS = 14
+TRIED_NUMBERS = 2000  # numbers of a recording that are tried for their digits
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def recording_of(
         "ctrl": len(model.layout.actuators),
         "qacc_warmstart": space.velocities,
     }
-    arrays = _split_columns(arrays, name, sizes) if COLUMNS in arrays else dict(arrays)
+    arrays = _split_columns(arrays, name, sizes) if BARE_COLUMNS in arrays else dict(arrays)
     times = _numbers(arrays, name, "time").ravel()
     _check_times(times, name)
     if controls is not None:
@@ -110,7 +110,7 @@ def _split_columns(
 ) -> dict[str, Any]:
     """Returns the parts of a recording from an array with a column for each number: time, qpos,
     qvel, act and ctrl, which may be left out. Raises ParameterError."""
-    columns = np.asarray(arrays[COLUMNS])
+    columns = np.asarray(arrays[BARE_COLUMNS])
     parts = {"time": 1} | {part: sizes[part] for part in ("qpos", "qvel", "act", "ctrl")}
     whole = sum(parts.values())
     if columns.shape[1] == whole - parts["ctrl"]:
@@ -178,7 +178,7 @@ def resolution_of(states: Array) -> Resolution:
     values = values[values != 0.0]
     if not values.size:
         return DOUBLE
-    chosen = values[:: max(1, len(values) // FEW)]
+    chosen = values[:: max(1, len(values) // TRIED_NUMBERS)]
     with np.errstate(over="ignore"):  # infinite in single precision: not equal
         in_single = chosen.astype("f4").astype(float)
     if np.array_equal(in_single, chosen):

@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.difference.recording import COLUMNS, PARTS
+from plumbob.engines.difference.recording import BARE_COLUMNS, PARTS
 from plumbob.models.border import must_be, regular_file
 
 SUFFIXES = (".npz", ".csv", ".json")
@@ -30,7 +30,7 @@ COLUMN = re.compile(rf"\W*({'|'.join(PARTS)})[^\w]*_?(\d*)\W*", re.ASCII)
 
 def read_recording(name: str, file: Path) -> Mapping[str, Any]:
     """Returns the arrays of a recorded motion by their names, from the file that the argument
-    `name` gave. A .csv file without a head has one array, COLUMNS. Raises ParameterError."""
+    `name` gave. A .csv file without a head has one array, BARE_COLUMNS. Raises ParameterError."""
     expected = f"a {', '.join(SUFFIXES)} file of a recorded motion"
     if file.suffix not in SUFFIXES:
         raise ParameterError(name, str(file), expected)
@@ -76,7 +76,7 @@ def _packed_parts(file: Path) -> Mapping[str, Array]:
 
 def _columns(file: Path) -> Mapping[str, Array]:
     """Returns the columns of a .csv file by the parts in its head (`time,qpos_0,qpos_1,...`); a
-    file without a head has one array, COLUMNS."""
+    file without a head has one array, BARE_COLUMNS."""
     with file.open(encoding="utf-8") as opened:
         head = opened.readline(LARGEST_TEXT).split(",")
     try:
@@ -84,7 +84,7 @@ def _columns(file: Path) -> Mapping[str, Array]:
     except ValueError:
         pass
     else:
-        return {COLUMNS: np.loadtxt(file, delimiter=",", ndmin=2)}
+        return {BARE_COLUMNS: np.loadtxt(file, delimiter=",", ndmin=2)}
     places: dict[str, dict[int, int]] = {}
     for column, text in enumerate(head):
         match = COLUMN.fullmatch(text.strip())

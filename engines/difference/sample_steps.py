@@ -20,7 +20,9 @@ ROUNDING = 10.0
 # Residual that a solver may leave, in the largest of those that it leaves with and without a warm
 # start
 SOLVER = 10.0
-SPREAD = 0.1  # least allowance of a number, in the largest that the solver leaves of its kind
+SOLVER_SPREAD = (
+    0.1  # least allowance of a number, in the largest that the solver leaves of its kind
+)
 # A step of a recording may differ from a multiple of the model's step by this fraction of it.
 STEP_TOLERANCE = 1e-3
 QUATERNION = 2.0  # rotation [rad] by a change of 1 of a unit quaternion
@@ -45,7 +47,7 @@ class StepLaw:
 
 @dataclass(frozen=True)
 class Allowed:
-    """What a step may leave of the next sample, in tangent coordinates, shape (m,)."""
+    """The most that a step may leave of the next sample, in tangent coordinates, shape (m,)."""
 
     rounding: Array
     solver: Array
@@ -137,7 +139,9 @@ class SampleSteps:
         ]
         solver = np.max(differences, axis=0)
         for part in (slice(0, self.space.velocities), slice(self.space.velocities, None)):
-            solver[part] = np.maximum(solver[part], SPREAD * solver[part].max(initial=0.0))
+            solver[part] = np.maximum(
+                solver[part], SOLVER_SPREAD * solver[part].max(initial=0.0)
+            )
         return Allowed(rounding, SOLVER * np.where(np.isfinite(solver), solver, 0.0))
 
     def acceleration(self, left: Array, interval: int) -> Array:

@@ -28,11 +28,11 @@ from plumbob.engines.own_motion import OwnModel
 from plumbob.engines.recorded_step import StepInput, StepOutcome
 
 PROBES = 12  # intervals from which the law of the steps is recognised
-EXPLAINED = 0.4  # part of the probes that another law must explain
+LEAST_EXPLAINED = 0.4  # part of the probes that another law must explain
 NEARLY_ALL = 0.9  # part of the probes that the model's own law explains if no other is tried
 OTHER_COUNTS = (1, 2, 3, 4, 5, 8, 10, 16, 20)  # numbers of steps of another size in an interval
 MOST_CAUSES = 8  # findings whose cause is looked for
-MOST_FINDINGS = 100  # findings that are kept; others are counted
+MOST_STEP_FINDINGS = 100  # findings that are kept; others are counted
 # Steps in a row after which the solver of a recording is taken to end as the model's own does: it
 # then leaves no more than rounding
 ALIKE_STEPS = 8
@@ -41,7 +41,7 @@ PART_OF_TIME = 0.2  # part of the allowance in which the law of the steps is rec
 
 
 @dataclass(frozen=True)
-class Finding:
+class StepFinding:
     """A step of a recording that is not the model's."""
 
     interval: int  # row of the sample before the step
@@ -60,7 +60,7 @@ class CheckedSteps:
     """The steps of a recording held against those of a model."""
 
     law: StepLaw
-    findings: tuple[Finding, ...]
+    findings: tuple[StepFinding, ...]
     further: int  # number of further steps that are not the model's
     checked: int  # number of intervals that were checked
     # Largest acceleration that is left and allowed [m/s^2, rad/s^2], and the parts of rounding and
@@ -91,7 +91,7 @@ def recognised_law(model: OwnModel, recording: Recording, allowance: Allowance) 
         if allowance.left < 0.0:
             break
         explained = probes.explained(SampleSteps(model, recording, law))
-        if explained > max(most, EXPLAINED):
+        if explained > max(most, LEAST_EXPLAINED):
             best, most = law, explained
     return best
 
@@ -135,7 +135,7 @@ class _Probes:
 
     @cached_property
     def allowed(self) -> dict[int, Allowed]:
-        """What steps may leave in each interval."""
+        """The most that steps may leave, by interval."""
         cold = np.zeros(self.samples.space.velocities)
         return {
             interval: self.samples.allowed(self.samples.before(interval, cold), interval)
@@ -170,11 +170,11 @@ class StepChecker:
 
     def __init__(self, samples: SampleSteps, allowance: Allowance) -> None:
         self.samples, self.allowance = samples, allowance
-        self.findings: list[Finding] = []
+        self.findings: list[StepFinding] = []
         self.further = 0
         # Steps in a row in which the solver leaves more than rounding and the recording does not
         self.alike = 0
-        self.warm_starts: list[Array] = []  # of the last intervals
+        self.warm_starts: list[Array] = []  # those of the last two intervals
         self.largest_left = self.largest_allowed = 0.0
         self.parts: list[tuple[float, float]] = []
 
@@ -228,7 +228,7 @@ class StepChecker:
         self.alike = 0
         if excess <= 1.0:
             allowed = replace(allowed, solver=np.zeros_like(allowed.solver))
-        if len(self.findings) >= MOST_FINDINGS:
+        if len(self.findings) >= MOST_STEP_FINDINGS:
             self.further += 1
             return 1
         cause = Cause("unsearched")
@@ -275,12 +275,14 @@ class StepChecker:
         best = int(np.argmin(excesses))
         return excesses[best], rows[best]
 
-    def _finding(self, interval: int, left: Array, allowed: Allowed, cause: Cause) -> Finding:
+    def _finding(
+        self, interval: int, left: Array, allowed: Allowed, cause: Cause
+    ) -> StepFinding:
         """Returns the finding in an interval, at the place with the largest excess."""
         samples = self.samples
         place, size, limit, unit = worst_place(samples, interval, left, allowed.whole)
         times = samples.recording.times
-        return Finding(
+        return StepFinding(
             interval=interval,
             begin=float(times[interval]),
             end=float(times[interval + 1]),

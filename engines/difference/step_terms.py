@@ -16,7 +16,7 @@ FACTOR_STEP = 1e-6  # difference of the factor of a suspect for its derivative
 CONTROL_STEP = 1e-6  # difference of a control for the derivative of a step
 LARGEST_FACTOR = 10.0  # largest factor on a part of the model that is tried
 LIKELY = 0.5  # part of what is left that the derivative by a factor may leave at first
-ITERATIONS = 3  # steps of Newton's method to the factor of a suspect
+FACTOR_ITERATIONS = 3  # steps of Newton's method to the factor of a suspect
 # Part of what is left that a cause may leave: rounding of the derivative, and of the second order
 REST = 1e-3
 SAME_FACTOR = 0.02  # relative spread of the factors of one cause of several steps
@@ -34,7 +34,7 @@ class Cause:
 
     kind: str
     part: str = ""  # contact, integrator or part of the model
-    factor: float | None = None  # of the part of the model
+    factor: float | None = None  # factor on the numbers of the part of the model
     intervals: int = 1  # number of intervals that the cause explains
     # All parts of the model, each with a factor, of which any one explains the step
     factors: tuple[tuple[str, float], ...] = ()
@@ -52,7 +52,7 @@ def cause_of(
     for cause in _of_samples(samples, interval, before, outcome, allowed):
         return cause
     for cause, changed in _of_inputs(samples, interval, before, outcome):
-        if within(samples.left(interval, changed), allowed):
+        if is_within(samples.left(interval, changed), allowed):
             return cause
     left = samples.left(interval, outcome)
     factors = []
@@ -61,14 +61,14 @@ def cause_of(
         if factor is None:
             continue
         rest = samples.left(interval, suspect.after(before, factor))
-        if within(rest, np.maximum(allowed, REST * _size(left, allowed) * allowed)):
+        if is_within(rest, np.maximum(allowed, REST * _size(left, allowed) * allowed)):
             factors.append((suspect.name, factor))
     if len(factors) == 1:
         return Cause("factor", *factors[0], factors=tuple(factors))
     return Cause("joint", factors=tuple(factors))
 
 
-def within(left: Array, allowed: Array) -> bool:
+def is_within(left: Array, allowed: Array) -> bool:
     """Returns whether what is left is nowhere more than is allowed."""
     return bool((np.abs(left) <= allowed).all())
 
@@ -95,7 +95,7 @@ def _of_samples(
         yield Cause("dropped")
     if interval + 2 > samples.intervals:
         return
-    if within(samples.left(interval, outcome, 2), allowed):
+    if is_within(samples.left(interval, outcome, 2), allowed):
         last = min(3, samples.intervals - interval)
         yield Cause("swapped", intervals=last)
     controls = [samples.control(interval + 1), samples.control(interval)]
@@ -103,9 +103,9 @@ def _of_samples(
     for number, control in enumerate(controls):
         held = np.tile(control, (len(before.controls), 1))
         second = samples.steps.after(StepInput(outcome.state, held, outcome.warm_start))
-        if number == 0 and within(samples.left(interval, second, 2), TWO_STEPS * allowed):
+        if number == 0 and is_within(samples.left(interval, second, 2), TWO_STEPS * allowed):
             yield Cause("sample", intervals=2)
-        if within(samples.left(interval, second), TWO_STEPS * allowed):
+        if is_within(samples.left(interval, second), TWO_STEPS * allowed):
             yield Cause("dropped")
     if _fits_a_control(samples, interval, outcome, TWO_STEPS * allowed):
         yield Cause("dropped")
@@ -125,7 +125,7 @@ def _fits_a_control(
         before = StepInput(outcome.state, np.tile(held, (count, 1)), outcome.warm_start)
         return np.asarray(samples.left(interval, samples.steps.after(before)) / scale)
 
-    for _ in range(ITERATIONS):
+    for _ in range(FACTOR_ITERATIONS):
         here = left(control)
         if not control.size or not np.isfinite(here).all():
             break
@@ -179,7 +179,7 @@ def _factor(
         return np.asarray(samples.left(interval, suspect.after(before, factor)) / scale)
 
     factor = 1.0
-    for _ in range(ITERATIONS):
+    for _ in range(FACTOR_ITERATIONS):
         here = left(factor)
         with np.errstate(invalid="ignore"):  # infinite where the step is not finite
             slope = (left(factor + FACTOR_STEP) - here) / FACTOR_STEP

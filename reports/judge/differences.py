@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from plumbob.engines.difference.difference import ComparedMotions
 from plumbob.engines.difference.sample_steps import StepLaw
 
-Verdict = Literal[
+if TYPE_CHECKING:  # records that need the theory of the band
+    from plumbob.engines.difference.difference import ComparedMotions
+
+DifferenceVerdict = Literal[
     "same bits", "explained", "explained so far", "other steps", "other start", "beyond", "open"
 ]
 EXPLAINED = ("same bits", "explained", "explained so far")
 
 
-def difference_verdict(compared: ComparedMotions) -> Verdict:
+def difference_verdict(compared: ComparedMotions) -> DifferenceVerdict:
     """Returns the verdict on one or two recordings:
 
     - "other steps": a step is not the model's, or all are taken by another law;

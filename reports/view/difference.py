@@ -4,21 +4,24 @@ both motions."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plumbob.engines.difference.difference import ComparedMotions, MotionDifference
-from plumbob.engines.difference.step_check import CheckedSteps, Finding
+from plumbob.engines.study.provenance import provenance
 from plumbob.reports.judge.differences import EXPLAINED, difference_verdict, is_own_law
 from plumbob.reports.records.plain_data import FOR_JSON, plain
-from plumbob.reports.view.audit.page import package_versions
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import fill_page, write_file
 from plumbob.reports.view.tables import figures, table_or_none, terminal_lines
 
+if TYPE_CHECKING:  # records that need the theory of the band
+    from plumbob.engines.difference.difference import ComparedMotions, MotionDifference
+    from plumbob.engines.difference.step_check import CheckedSteps, StepFinding
+
 DIFFERENCE_PAGE = "difference.html"
-SHOWN = 4  # coordinates whose motions the page shows: those that differ most
+SHOWN_COORDINATES = 4  # coordinates whose motions the page shows: those that differ most
+PACKAGES_USED = ("mujoco", "numpy", "scipy")
 LINES = 5  # findings of a recording that the terminal shows
 
 
@@ -60,7 +63,7 @@ def difference_record(compared: ComparedMotions) -> dict[str, Any]:
             for recording, steps in zip(compared.recordings, compared.steps, strict=True)
         ],
         "difference": _difference_record(compared.difference),
-        "versions": package_versions(),
+        "versions": {name: provenance("").versions[name] for name in PACKAGES_USED},
     }
     return dict(plain(values, FOR_JSON))
 
@@ -86,7 +89,7 @@ def _steps_record(steps: CheckedSteps) -> dict[str, Any]:
     }
 
 
-def _finding_record(finding: Finding) -> dict[str, Any]:
+def _finding_record(finding: StepFinding) -> dict[str, Any]:
     """Returns a step that is not the model's as plain data."""
     names = ("begin", "end", "place", "left", "allowed", "unit", "excess")
     return {
@@ -118,8 +121,7 @@ def write_difference_page(compared: ComparedMotions, folder: Path, command: str)
         lines=difference_lines(compared),
         figures=_figures(compared),
         findings=table_or_none("step_findings", motions=_words(compared)["motions"]),
-        command=command,
-        versions=package_versions(),
+        made=provenance(command),
     )
     return write_file(page, folder, DIFFERENCE_PAGE)
 
@@ -144,7 +146,7 @@ def _figures(compared: ComparedMotions) -> tuple[Figure, ...]:
                 names[number],
                 [(motion, motion.states[:, places[number]]) for motion in compared.recordings],
             )
-            for number in order[:SHOWN]
+            for number in order[:SHOWN_COORDINATES]
         ],
     )
 

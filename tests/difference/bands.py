@@ -19,7 +19,7 @@ import numpy as np
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.own_model.recorded_steps import (
-    FORCES,
+    NUDGED_FORCES,
     _set_fields,
     unit_in_last_place,
 )
@@ -154,7 +154,7 @@ def nudged_run(samples, motion, end, rng):
     rows = [before.state]
     for step in range(end):
         steps.after(before)
-        forces = sum(np.abs(getattr(steps.data, name)) for name in FORCES)
+        forces = sum(np.abs(getattr(steps.data, name)) for name in NUDGED_FORCES)
         _set_fields(steps.changed, numbers[rng.integers(len(numbers))])
         force = rng.choice([-1.0, 1.0], forces.size) * unit_in_last_place(forces, float)
         start = StepInput(*map(moved, (before.state, before.controls, before.warm_start)))

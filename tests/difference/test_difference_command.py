@@ -81,7 +81,7 @@ def test_json_names_the_step_and_the_page_is_written(recorded, capsys, tmp_path)
         "utf-8"
     )
     (tmp_path / "own").mkdir()
-    (tmp_path / "own" / "difference.html").write_text("mine")
+    (tmp_path / "own" / "difference.html").write_text("other")
     assert run(there, "a.npz", "--out", str(tmp_path / "own")) == 2
 
 

@@ -41,7 +41,7 @@ NUDGED_FIELDS = (
 FIRST_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 FIRST_CONTACT = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS)
 NUDGES = 8  # sets of nudges: the root mean square of so many is within a factor of 2 of all
-FORCES = ("qfrc_bias", "qfrc_passive", "qfrc_actuator", "qfrc_constraint")
+NUDGED_FORCES = ("qfrc_bias", "qfrc_passive", "qfrc_actuator", "qfrc_constraint")
 # Fields of one joint's degrees of freedom, of joints and of bodies that a suspect scales
 DOF_FIELDS = MappingProxyType(
     {"damping": "dof_damping", "armature": "dof_armature", "friction loss": "dof_frictionloss"}
@@ -124,7 +124,7 @@ class MujocoRecordedSteps:
         is more. With `converge`, the solver runs to its floor."""
         model = self.converging if converge else self.model
         outcome = self._after(model, self.data, before)
-        largest = sum(np.abs(getattr(self.data, name)) for name in FORCES)
+        largest = sum(np.abs(getattr(self.data, name)) for name in NUDGED_FORCES)
         unit = unit_in_last_place(np.asarray(largest), precision)
         rng = np.random.default_rng(0)
 
