@@ -19,9 +19,8 @@ from plumbob.engines.recorded_step import StepInput
 # begins or ends within a difference. The smallest leaves 1e-4 of rounding.
 DIFFERENCES = (1e-7, 1e-9, 1e-11)
 LINEAR = 1e-2  # [m, rad, m/s, ...] bound up to which a difference is taken to grow linearly
-BAND_DIRECTIONS = (
-    3  # random directions, to the edge of the band, in which contacts are looked for
-)
+# Random directions, to the edge of the band, in which contacts are looked for
+BAND_DIRECTIONS = 3
 
 
 @dataclass(frozen=True)

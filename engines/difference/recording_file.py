@@ -22,9 +22,8 @@ from plumbob.models.border import must_be, regular_file
 SUFFIXES = (".npz", ".csv", ".json")
 # [bytes] of a file, and of its arrays when unpacked: an hour of a humanoid at 100 Hz takes half
 LARGEST_RECORDING = 200_000_000
-LARGEST_TEXT = (
-    100_000_000  # [bytes] of a .csv or .json file, which takes several times that to read
-)
+# [bytes] of a .csv or .json file, which takes several times that to read
+LARGEST_TEXT = 100_000_000
 COLUMN = re.compile(rf"\W*({'|'.join(PARTS)})[^\w]*_?(\d*)\W*", re.ASCII)
 
 

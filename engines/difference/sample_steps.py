@@ -20,9 +20,8 @@ ROUNDING = 10.0
 # Residual that a solver may leave, in the largest of those that it leaves with and without a warm
 # start
 SOLVER = 10.0
-SOLVER_SPREAD = (
-    0.1  # least allowance of a number, in the largest that the solver leaves of its kind
-)
+# Least allowance of a number, in the largest that the solver leaves of its kind
+SOLVER_SPREAD = 0.1
 # A step of a recording may differ from a multiple of the model's step by this fraction of it.
 STEP_TOLERANCE = 1e-3
 QUATERNION = 2.0  # rotation [rad] by a change of 1 of a unit quaternion
