@@ -20,7 +20,7 @@ WITHIN = 3.0
 # small change of the motion. The bound holds.
 NOT_LINEAR = ("stiff contact",)
 NUMBERS = [
-    *(pytest.param(name, marks=pytest.mark.long(keep=1)) for name in bands.TEXTS),
+    *(pytest.param(name, marks=pytest.mark.long) for name in bands.TEXTS),
     *(
         pytest.param(name, marks=pytest.mark.long)
         for name in ("gymnasium/half_cheetah", "gymnasium/ant", "dm_control/humanoid")
