@@ -63,8 +63,9 @@ def stepped_by(changed):
 
     def step(model, data, _):
         if id(model) not in models:
-            models[id(model)] = changed(copy.copy(model))
-        mujoco.mj_step(models[id(model)], data)
+            # The model is kept, too: another model would get its number after its end.
+            models[id(model)] = model, changed(copy.copy(model))
+        mujoco.mj_step(models[id(model)][1], data)
 
     return step
 
