@@ -6,10 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from plumbob.reports.audit_from_python import audit, audit_contacts
+    from plumbob.reports.difference_from_python import assert_same_motion, difference
     from plumbob.reports.judge.assertion import check
     from plumbob.reports.stored_results import load_results as load
 
-__all__ = ["__version__", "audit", "audit_contacts", "check", "load"]
+__all__ = [
+    "__version__",
+    "assert_same_motion",
+    "audit",
+    "audit_contacts",
+    "check",
+    "difference",
+    "load",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -30,6 +39,14 @@ def __getattr__(name: str) -> Any:
         from plumbob.reports.stored_results import load_results
 
         return load_results
+    if name == "difference":
+        from plumbob.reports.difference_from_python import difference
+
+        return difference
+    if name == "assert_same_motion":
+        from plumbob.reports.difference_from_python import assert_same_motion
+
+        return assert_same_motion
     if name == "__version__":
         from importlib import metadata
 

@@ -32,6 +32,7 @@ COMMANDS = (
     "audit",
     "stability",
     "gradient",
+    "difference",
     "compare",
     "releases",
     "sweep",

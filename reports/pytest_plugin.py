@@ -1,5 +1,6 @@
-"""A pytest plugin: `plumbob validate` as tests in any repository, and `check` as a fixture. Nothing
-of plumbob is loaded unless an option or a test asks for it."""
+"""A pytest plugin: `plumbob validate` as tests in any repository, and `check` and
+`assert_same_motion` as fixtures. Nothing of plumbob is loaded unless an option or a test asks for
+it."""
 
 from __future__ import annotations
 
@@ -37,6 +38,15 @@ def plumbob_check() -> Callable[..., Judgement]:
     from plumbob import check
 
     return check
+
+
+@pytest.fixture(scope="session")
+def plumbob_same_motion() -> Callable[..., None]:
+    """Returns `plumbob.assert_same_motion`: plumbob_same_motion(a, b, model, precision="float32")
+    raises AssertionError if rounding does not explain what two recorded motions differ by."""
+    from plumbob import assert_same_motion
+
+    return assert_same_motion
 
 
 # This hook runs before pytest's -k and -m choose among the tests.

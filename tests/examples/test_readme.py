@@ -87,6 +87,8 @@ NOT_RUN = {
     "plumbob stability simple-pendulum/free-large mujoco/euler ode/rk4 --long --step 0.02": (
         "seconds: test_stability_command.py has a shorter one"
     ),
+    "plumbob difference a.npz b.npz --model my.xml": "test_difference_command.py makes recordings",
+    "plumbob difference a.npz --model my.xml": "the same with one recording",
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",
     "plumbob audit my.xml --against old.json --fail-above 5%": "the same with a file before",
     "plumbob audit --gym HalfCheetah-v5 --seed 3 --policy my_policies:act": "another package",

@@ -45,7 +45,7 @@ from plumbob.models.gradient import Number
 BESIDE = MappingProxyType({STEP_NUDGE: 10.0, TOUCHING_NUDGE: 0.5})
 
 
-def difference(model: mujoco.MjModel) -> float:
+def difference_size(model: mujoco.MjModel) -> float:
     """The size of central differences for a model's step."""
     touching = model.npair or model.geom_contype.any() or model.geom_conaffinity.any()
     return TOUCHING_NUDGE if touching else STEP_NUDGE
@@ -114,7 +114,7 @@ def transition(number: Number, method: Method, step: float, beside: bool = False
     run = sides.runs[1]
     along = sides.at_start()
     by_forces = run.model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
-    nudge = STEP_NUDGE if by_forces else difference(run.model)
+    nudge = STEP_NUDGE if by_forces else difference_size(run.model)
     if beside:
         nudge *= BESIDE[nudge]
     with options.collected():  # the run itself gives the same warnings

@@ -4,12 +4,10 @@ JSON."""
 from __future__ import annotations
 
 import argparse
-import io
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import ZipFile
 
 import numpy as np
 
@@ -98,6 +96,7 @@ def read_controls(file: Path) -> Array:
     """Returns the controls in a file, a row for each control period: the numbers of a .csv file, or
     the array `ctrl` of a .npz file. Raises ParameterError."""
     from plumbob.engines.audit.controls import KINDS
+    from plumbob.engines.difference.recording_file import packed_array
 
     expected = f"{', '.join(KINDS)}, or a .csv or .npz file of controls"
     if file.suffix not in (".csv", ".npz"):
@@ -107,12 +106,4 @@ def read_controls(file: Path) -> Array:
         warnings.simplefilter("ignore")  # numpy warns of a file without rows and of equal names
         if file.suffix == ".csv":
             return np.loadtxt(file, delimiter=",", ndmin=2)
-        with ZipFile(file) as arrays, arrays.open("ctrl.npy") as packed:
-            content = packed.read(LARGEST_CONTROLS + 1)
-        if len(content) > LARGEST_CONTROLS:
-            raise ValueError(f"more than {LARGEST_CONTROLS} bytes when unpacked")
-        try:
-            controls = np.load(io.BytesIO(content), allow_pickle=False)
-        except MemoryError:
-            raise ValueError("its header states more numbers than there are") from None
-        return np.asarray(controls).astype(float, casting="same_kind")
+        return packed_array(file, "ctrl", LARGEST_CONTROLS)

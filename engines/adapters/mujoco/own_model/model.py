@@ -38,6 +38,7 @@ from plumbob.engines.adapters.mujoco.own_model.readings import (
     readings,
     start_warnings,
 )
+from plumbob.engines.adapters.mujoco.own_model.recorded_steps import MujocoRecordedSteps
 from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
@@ -211,6 +212,10 @@ class MujocoModel:
         """Returns a stepper whose constraint solver runs to its floor: the state after a step is a
         smooth function of the state before it."""
         return UserStepper(*self._shared_models[0], self.start, integrator, step)
+
+    def recorded_steps(self, integrator: str, step: float) -> MujocoRecordedSteps:
+        """Returns single steps [s] of the model by an integrator, each from a given state."""
+        return MujocoRecordedSteps(self._as_stepped(), self.start, integrator, step)
 
     @collected()
     def place(self, state: Array, control: Array, weights: Array) -> Place:

@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
-from plumbob.engines.adapters.mujoco.transition import difference
+from plumbob.engines.adapters.mujoco.transition import difference_size
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.stepper import State, StepDerivatives
 
@@ -67,7 +67,7 @@ class UserStepper(MujocoStepper):
         step is taken. Raises NotCertifiable if MuJoCo has none, or the run diverges."""
         if self.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
             raise NotCertifiable("mjd_transitionFD refuses RK4")
-        steps = self.derivatives_of_steps(controls, difference(self.model))
+        steps = self.derivatives_of_steps(controls, difference_size(self.model))
         for number, step in enumerate(steps, 1):
             if diverged(self.data):
                 raise NotCertifiable(f"its run diverges within {number * self.step:g} s")
