@@ -17,7 +17,8 @@ from plumbob.analytic.theory import ErrorTheory, no_theory
 
 if TYPE_CHECKING:
     from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
-    from plumbob.analytic.systems.held_loop import HeldLoop, LoopQuantity
+    from plumbob.analytic.stability import LoopQuantity
+    from plumbob.analytic.systems.held_loop import HeldLoop
     from plumbob.models.model_file import ModelFile
 
 Parameters = Mapping[str, Any]

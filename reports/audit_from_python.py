@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,15 @@ from plumbob.engines.audit.controls import DURATION, script
 from plumbob.engines.audit.engines import with_engines
 from plumbob.engines.audit.environments import rollout, start_and_period
 from plumbob.engines.audit.user_models import quiet, user_models
-from plumbob.engines.own_motion import NotCertifiable, OwnModel, Policy, Script, Start
+from plumbob.engines.closed_loop import ClosedLoop, NamedPolicy, new_policy
+from plumbob.engines.own_motion import (
+    NotCertifiable,
+    NotControlled,
+    OwnModel,
+    Policy,
+    Script,
+    Start,
+)
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
@@ -29,6 +38,7 @@ LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
 ALLOWED_SECONDS = 0.05  # [s] processor time of an evaluation that every budget allows
 START_OFFSET = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
 RECORDED_POLICY = "policy, recorded at the model's own step"
+ASKED_POLICY = "policy, in the loop of each run"
 
 
 @quiet()
@@ -45,7 +55,8 @@ def audit(
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
-    policy: Policy | None = None,
+    policy: Policy | NamedPolicy | None = None,
+    in_the_loop: bool = False,
     engines: Sequence[str] = (),
     begun: Callable[[Audit], None] = lambda audit: None,
 ) -> MotionResult:
@@ -58,7 +69,9 @@ def audit(
     lasts `duration` [s]. `control` is "rest", "zero", "sines" or values of shape (periods,
     actuators), each held for `period` [s]. A `policy` replaces `control`: it is called with time,
     qpos and qvel at the beginning of each period (default: one step) of a run at the model's own
-    step. The reference and all other steps replay its controls. An environment's policy is called
+    step. The reference and all other steps replay its controls; if `in_the_loop` is set, each run
+    asks the policy with its own states. A class is made anew for each run, and an object's
+    `reset()` is called before it. An environment's policy is called
     with observations, and a control is held as long as the environment holds an action.
 
     The audit takes about `budget` [s] of processor time, with the integrators in `jobs` processes.
@@ -79,13 +92,23 @@ def audit(
     engines = engines.split(",") if isinstance(engines, str) else engines
     _check_engines(engines, model)
     start = Start(keyframe, qpos, qvel)
-    control_name = _control_name(control, policy)
+    if in_the_loop and policy is None:
+        raise ParameterError("in the loop", in_the_loop, "given with a policy")
+    control_name = _control_name(control, policy, in_the_loop)
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
+        if in_the_loop:
+            raise ParameterError("in the loop", in_the_loop, "left out with an environment")
         model, control, duration, period = _environment_motion(model, control, policy, duration)
         policy = None
-    user_model, motion = user_motion(model, start, control, policy, duration, period, budget)
+    user_model, motion = user_motion(
+        model, start, control, policy, duration, period, budget, in_the_loop
+    )
+    # Another process can only load a policy that has a name.
+    shared = not in_the_loop or isinstance(policy, NamedPolicy)
+    if engines and not shared:
+        raise ParameterError("engines", ",".join(engines), "left out with a policy of Python's")
     with Workers(jobs) as workers:
-        executor = workers if jobs > 1 else None
+        executor = workers if jobs > 1 and shared else None
         allowance = Allowance(budget, executor=executor, progress=progress)
         result = audited(user_model, motion, control_name, allowance, begun)
     if gradient:
@@ -95,21 +118,26 @@ def audit(
 
 
 def _environment_motion(
-    environment: Any, control: str | Array, policy: Policy | None, duration: float | None
+    environment: Any,
+    control: str | Array,
+    policy: Policy | NamedPolicy | None,
+    duration: float | None,
 ) -> tuple[Any, str | Array, float | None, float]:
     """Returns an environment's model, and the controls, the duration [s] and the control period [s]
     of its motion. If there is a policy, its rollout gives the controls and the duration."""
     model, period = start_and_period(environment)
     if policy is not None:
-        control = rollout(environment, policy, _duration_or_default(duration))
+        control = rollout(environment, new_policy(policy), _duration_or_default(duration))
         duration = None
     return model, control, duration, period
 
 
-def _control_name(control: str | Array, policy: Policy | None) -> str:
+def _control_name(
+    control: str | Array, policy: Policy | NamedPolicy | None, in_the_loop: bool
+) -> str:
     """Returns the name of the controls in the audit: a policy's, a named control's, or `given`."""
     if policy is not None:
-        return RECORDED_POLICY
+        return ASKED_POLICY if in_the_loop else RECORDED_POLICY
     return control if isinstance(control, str) else "given"
 
 
@@ -126,26 +154,42 @@ def user_motion(
     model: Any,
     start: Start,
     control: str | Array = "rest",
-    policy: Policy | None = None,
+    policy: Policy | NamedPolicy | None = None,
     duration: float | None = None,
     period: float | None = None,
     budget: float = AUDIT_SECONDS,
+    in_the_loop: bool = False,
 ) -> tuple[OwnModel, Script]:
     """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
-    recorded. Raises ParameterError for a model that has no continuous motion, and if the budget [s]
-    is too small."""
+    recorded; if it is `in_the_loop`, each run asks the policy. Raises ParameterError for a model
+    that has no continuous motion, and if the budget [s] is too small."""
     try:
         user_model = user_models().model(model, start)
+        loop = None
         if policy is not None:
+            velocities = user_model.layout.velocity
+            loop = ClosedLoop(policy, user_model.rest.size, velocities)
             held = user_model.step if period is None else positive("ctrl period", period)
-            control = user_model.recorded(policy, held, _duration_or_default(duration))
+            control = _recorded(user_model, loop, held, _duration_or_default(duration))
             period, duration = held, None
         motion = script(user_model, control, duration, period)
+        if in_the_loop:
+            motion = replace(motion, loop=loop)
     except NotCertifiable as reason:
         wanted = f"one that has a continuous motion; {reason}"
         raise ParameterError("model", _model_name(model), wanted) from None
     _check_budget(user_model, motion, budget)
     return user_model, motion
+
+
+def _recorded(model: OwnModel, loop: ClosedLoop, period: float, duration: float) -> Array:
+    """Returns the controls that a policy gives to a run at the model's own step, shape (periods,
+    actuators). Raises ParameterError."""
+    try:
+        return model.recorded(loop, period, duration)
+    except NotControlled as why:
+        wanted = f"one that returns finite numbers; {why}"
+        raise ParameterError("policy", loop.name, wanted) from None
 
 
 def _model_name(model: Any) -> str:

@@ -22,7 +22,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
@@ -31,6 +30,7 @@ from plumbob.analytic.numerics.arithmetic import rounded_inputs
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.sampled_control import SamplingTimes
+from plumbob.analytic.stability import LoopQuantity
 
 NAMES = "theta", "theta_dot"
 # Roundings of each parameter in the uncertainty: the factor of a servo whose motor is not held
@@ -41,8 +41,6 @@ MOST_DELAY = 200
 Flow = tuple[Array, Array]
 """Motion over a time under a constant torque: the matrix of the state, shape (2, 2), and the effect
 of a unit of the torque, shape (2,)."""
-LoopQuantity = Literal["hold", "delay", "gain"]
-LOOP_QUANTITIES: tuple[LoopQuantity, ...] = ("hold", "delay", "gain")
 # Factors of a hold or of gains at which stability is tried: every SCAN_RATIO up to SCAN_END
 SCAN_RATIO, SCAN_END = 1.02, 1000.0
 SCAN_PARTS = 100  # delays that are tried in a period

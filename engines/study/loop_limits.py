@@ -6,19 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.held_steps import scheme_limit, steps_of
 from plumbob.analytic.reference import Array
-from plumbob.analytic.stability import TRIAL_STEP_RATIO
-from plumbob.analytic.systems.held_loop import (
-    LOOP_QUANTITIES,
-    MOST_DELAY,
-    SCAN_END,
-    HeldLoop,
-    LoopQuantity,
-)
+from plumbob.analytic.stability import LOOP_QUANTITIES, TRIAL_STEP_RATIO, LoopQuantity
 from plumbob.engines.largest_step import bracket
 from plumbob.engines.method import Method, Simulation, Unsupported
 from plumbob.engines.registry import engine_of
@@ -27,6 +20,9 @@ from plumbob.engines.study.request import RunRequest
 from plumbob.engines.study.stability import MeasuredLimit, SceneLimits
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
+
+if TYPE_CHECKING:  # pages load this module, and no exact motion
+    from plumbob.analytic.systems.held_loop import HeldLoop
 
 # Holds in a run: half a percent beyond a limit a motion grows by a few percent or more in them
 PERIODS = 400
@@ -61,6 +57,8 @@ def loop_limits(scene: Scene, method: Method, step: float) -> SceneLimits:
     its number of steps [s] and its delay in periods; a delay is a multiple of the step. The limits
     are empty, with the reason, if the method cannot run the scene, or if the step does not divide
     the hold and the delay."""
+    from plumbob.analytic.errors.smooth_motion.held_steps import steps_of
+
     case = case_of(scene)
     loop = case.system.loop(case.problem)
     if loop is None:
@@ -90,6 +88,8 @@ class LoopTrials:
     def limit(self, quantity: LoopQuantity) -> MeasuredLimit:
         """Returns the limit of a quantity, beside the limit of the scheme's own map and that of the
         continuous joint."""
+        from plumbob.analytic.errors.smooth_motion.held_steps import scheme_limit
+
         predicted = scheme_limit(
             self.loop, scheme_of(self.case, self.method), quantity, self.step
         )
@@ -112,6 +112,8 @@ class LoopTrials:
     def _grid(self, quantity: LoopQuantity) -> tuple[Callable[[int], float], int, int]:
         """Returns a function from a number to the value of a quantity, and the smallest and the
         largest number."""
+        from plumbob.analytic.systems.held_loop import MOST_DELAY, SCAN_END
+
         if quantity == "delay":
             return lambda number: number * self.step, 0, MOST_DELAY * self.parts
         own = self.loop.hold if quantity == "hold" else 1.0

@@ -23,11 +23,11 @@ from plumbob.analytic.stability import (
     TRIAL_STEP_RATIO,
     TRIAL_STRIDE,
     FailureKind,
+    LoopQuantity,
     StabilityTheory,
     StepLimit,
     exponent,
 )
-from plumbob.analytic.systems.held_loop import LoopQuantity
 from plumbob.engines.largest_step import bracket
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of

@@ -10,8 +10,7 @@ from itertools import islice
 from typing import Any
 
 from plumbob.analytic.reference import Reference, Signals
-from plumbob.analytic.stability import StabilityTheory
-from plumbob.analytic.systems.held_loop import LOOP_QUANTITIES, LoopQuantity
+from plumbob.analytic.stability import LOOP_QUANTITIES, LoopQuantity, StabilityTheory
 from plumbob.analytic.systems.servo import Servo
 from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear

@@ -6,14 +6,13 @@ import argparse
 import json
 import math
 import os
-import pkgutil
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.audit.audit import Audit
@@ -24,9 +23,9 @@ from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
-from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
+from plumbob.engines.closed_loop import load_policy
+from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.models.border import must_be, regular_file
-from plumbob.models.entry_points import on_stderr
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
@@ -56,6 +55,7 @@ MOTION_OPTIONS = (
     "qvel",
     "ctrl",
     "policy",
+    "in_the_loop",
     "ctrl_period",
     "duration",
     "budget",
@@ -202,10 +202,12 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
     """Fills in defaults of arguments. Raises ParameterError if two arguments do not go together."""
     if chosen.policy is not None and chosen.ctrl != "rest":
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
+    if chosen.in_the_loop and chosen.policy is None:
+        raise ParameterError("in the loop", True, "given with --policy")
     if chosen.fail_above is not None and chosen.against is None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
-        values.refuse_options(chosen, FILE_OPTIONS, "left out with --gym")
+        values.refuse_options(chosen, (*FILE_OPTIONS, "in_the_loop"), "left out with --gym")
         chosen.seed = values.count("seed", chosen.seed or "0", 0)
     elif chosen.seed is not None:
         raise ParameterError("seed", chosen.seed, "given with --gym")
@@ -333,6 +335,7 @@ def _run_audit(
         jobs=jobs,
         gradient=chosen.gradient,
         policy=None if chosen.policy is None else load_policy(chosen.policy),
+        in_the_loop=chosen.in_the_loop,
         engines=engine_names(chosen.engines),
         **callbacks,
     )
@@ -437,20 +440,3 @@ def write_trimmed_file(
         audit.model, audit.script, steps.own.parts, steps.index, offered
     )
     return replace(audit, written=(target.name, read_back))
-
-
-def load_policy(name: str) -> Policy:
-    """Returns the function MODULE:FUNCTION; the module may lie in the current folder. Raises
-    ParameterError."""
-    sys.path.insert(0, os.getcwd())
-    try:
-        # What the user's module prints does not belong to the answer on stdout.
-        with must_be("MODULE:FUNCTION", "policy", name), on_stderr():
-            policy = pkgutil.resolve_name(name)
-    finally:
-        sys.path.remove(os.getcwd())
-    if not callable(policy):
-        raise ParameterError(
-            "policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel"
-        )
-    return cast(Policy, policy)

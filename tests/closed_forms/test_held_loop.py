@@ -11,7 +11,8 @@ import pytest
 from plumbob.analytic.errors.smooth_motion.held_steps import scheme_limit
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.analytic.systems.held_loop import LOOP_QUANTITIES, HeldLoop
+from plumbob.analytic.stability import LOOP_QUANTITIES
+from plumbob.analytic.systems.held_loop import HeldLoop
 from plumbob.analytic.systems.servo import Servo
 from plumbob.engines.method import Unsupported, meant
 from plumbob.engines.registry import engine_of, installed, method, methods

@@ -17,12 +17,12 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.sampled_control import AT_BEGIN, HeldAnswers
 from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.stability import LoopQuantity
 from plumbob.analytic.systems.held_loop import (
     MOST_DELAY,
     NAMES,
     Flow,
     HeldLoop,
-    LoopQuantity,
     first_unstable,
     loop_multiplier,
 )

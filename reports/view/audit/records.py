@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from plumbob.engines.audit.audit import Audit
@@ -45,6 +46,7 @@ def _motion(audit: Audit) -> Plain:
         "certified_until": audit.until,
         **_attributes(audit, "uncertainty", "error"),
         "error_measure": MEASURE,
+        **_loop(audit),
         **_state_errors(audit.state_errors),
         "resolved_until": float(audit.script.times[audit.resolved_index]),
         "resolved": audit.resolved if compared else False,
@@ -72,6 +74,15 @@ def _motion(audit: Audit) -> Plain:
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
         "seconds": audit.seconds,
     }
+
+
+def _loop(audit: Audit) -> Plain:
+    """Returns the error [m] with replayed controls and the factor of feedback of an audit in the
+    loop; nothing for other audits."""
+    if audit.script.loop is None:
+        return {}
+    replayed = None if math.isnan(audit.replayed_error) else audit.replayed_error
+    return {"replayed_error": replayed, "feedback_factor": audit.feedback_factor}
 
 
 def _trims(audit: Audit) -> list[Plain]:
