@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
@@ -40,18 +40,23 @@ class NamedPolicy:
 
     def load(self) -> Policy:
         """Returns the function or the class. Raises ParameterError."""
-        sys.path.insert(0, self.folder)
-        try:
-            # What the user's module prints does not belong to the answer on stdout.
-            with must_be("MODULE:FUNCTION", "policy", self.name), on_stderr():
-                policy = pkgutil.resolve_name(self.name)
-        finally:
-            sys.path.remove(self.folder)
-        if not callable(policy):
-            raise ParameterError(
-                "policy", self.name, "MODULE:FUNCTION, a function of time, qpos and qvel"
-            )
-        return cast(Policy, policy)
+        wanted = "MODULE:FUNCTION, a function of time, qpos and qvel"
+        return load_function("policy", self.name, self.folder, wanted)
+
+
+def load_function(option: str, name: str, folder: str, wanted: str) -> Callable[..., Any]:
+    """Returns the function or class MODULE:NAME that is given as an `option`; the module may lie in
+    a `folder`. Raises ParameterError, which says what is `wanted`."""
+    sys.path.insert(0, folder)
+    try:
+        # What the user's module prints does not belong to the answer on stdout.
+        with must_be("MODULE:FUNCTION", option, name), on_stderr():
+            function = pkgutil.resolve_name(name)
+    finally:
+        sys.path.remove(folder)
+    if not callable(function):
+        raise ParameterError(option, name, wanted)
+    return cast(Callable[..., Any], function)
 
 
 def load_policy(name: str) -> NamedPolicy:

@@ -124,6 +124,9 @@ class Stepped:
     seconds: float  # [s] processor time of one run
     why: str = ""  # why it ended early; empty if it did not
     remarks: tuple[str, ...] = ()  # remarks about the run
+    # Controls of the periods, shape (periods, actuators), with NaN after an early end; empty if
+    # they are not kept
+    controls: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 @dataclass(frozen=True)

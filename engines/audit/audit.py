@@ -13,6 +13,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import AuditChange
+from plumbob.engines.audit.episodes import EpisodePlan, EpisodeReturns, Episodes
 from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, start_certificate
 from plumbob.engines.audit.stability import LargestSteps, largest_steps
@@ -70,6 +71,7 @@ class Audit:
     # In a loop: the error of the own step if the controls of the reference are replayed; None if
     # there is no loop, or no error is known.
     replayed: StepError | None = None
+    returns: EpisodeReturns | None = None  # None if no episodes are asked for
 
     @property
     def error(self) -> float:
@@ -188,6 +190,15 @@ class Audit:
                 f"(known to {self.uncertainty:.1g} m), more than {metres:g} m"
             )
 
+    def assert_return_within(self, fraction: float) -> None:
+        """Raises AssertionError unless the step changes the mean return by no more than a fraction
+        of it, at the far end of the interval."""
+        if self.returns is None or not self.returns.within(fraction):
+            raise AssertionError(
+                f"{self.name}: the step of {self.step:g} s may change the mean return by more than "
+                f"{100 * fraction:g} %"
+            )
+
     def assert_stable(self) -> None:
         """Raises AssertionError if the model's own step is unstable along the motion."""
         if self.stability is not None and self.stability.unstable:
@@ -287,6 +298,17 @@ def compare_with_reference(
     if result.index < reference.known:
         reference = replace(reference, why=reason_for_mismatch(result, reference, script))
     return reference, result if result.index else None
+
+
+def with_returns(
+    audit: Audit, script: Script, plan: EpisodePlan, allowance: Allowance
+) -> Audit:
+    """Returns an audit with the returns of the episodes of a plan, under the script that was given.
+    Raises ParameterError."""
+    began = time.perf_counter()
+    episodes = Episodes(audit.model, script, plan)
+    returns = episodes.returns(allowance.seconds, allowance.progress)
+    return replace(audit, returns=returns, seconds=audit.seconds + time.perf_counter() - began)
 
 
 def with_gradient(audit: Audit, allowance: Allowance) -> Audit:

@@ -47,8 +47,8 @@ STEPS_IN_TOUCH = 4.0
 FIRST = 0.4  # fraction of the time for the first method
 RESOLVED = 5.0  # least multiple of the uncertainty at which an error is quoted
 # Difference of two answers of a policy, relative to the largest, that is a jump if the states
-# differ by less than NO_JUMP. Together they are a gain of 1000, relative to motion and controls.
-JUMP, NO_JUMP = 1e-3, 1e-6
+# differ by less than SAME_STATE. Together they are a gain of 1000, relative to motion and controls.
+ANSWER_JUMP, SAME_STATE = 1e-3, 1e-6
 MEASURE = "corner displacement"  # name of the measure of errors in JSON
 NOTHING = 1e-9  # [m] displacement that rounding and solver tolerances cause in the steps
 
@@ -321,9 +321,9 @@ def _certificate_of_two(model: OwnModel, best: Integration, other: Integration) 
 
 def first_jump(best: Integration, other: Integration) -> int | None:
     """Returns the first period in which two computations of a motion have controls that differ by
-    more than JUMP of the largest control, although their states differ by less than NO_JUMP of the
-    largest number of a state; None if there is none. Only a policy that is discontinuous there, or
-    has a gain of thousands, answers so."""
+    more than ANSWER_JUMP of the largest control, although their states differ by less than
+    SAME_STATE of the largest number of a state; None if there is none. Only a policy that is
+    discontinuous there, or has a gain of thousands, answers so."""
     count = min(len(best.controls), len(other.controls))
     if not count or not best.controls.shape[1]:
         return None
@@ -331,7 +331,7 @@ def first_jump(best: Integration, other: Integration) -> int | None:
         answers = np.abs(best.controls[:count] - other.controls[:count]).max(axis=1)
         states = np.abs(best.states[:count] - other.states[:count]).max(axis=1)
         largest = [np.nanmax(np.abs(x), initial=0.0) for x in (best.controls, best.states)]
-        jumps = (answers > JUMP * largest[0]) & (states < NO_JUMP * largest[1])
+        jumps = (answers > ANSWER_JUMP * largest[0]) & (states < SAME_STATE * largest[1])
     return int(np.argmax(jumps)) if jumps.any() else None
 
 

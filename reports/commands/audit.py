@@ -21,9 +21,10 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
+from plumbob.engines.audit.episodes import SPREAD, EpisodePlan
 from plumbob.engines.audit.trims import effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
-from plumbob.engines.closed_loop import load_policy
+from plumbob.engines.closed_loop import load_function, load_policy
 from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
@@ -43,6 +44,7 @@ from plumbob.reports.view.own_files import check_replaceable
 from plumbob.reports.view.page import write_file
 
 MISSING = 3
+NO_EPISODES = "given with --episodes"
 LARGEST_AUDITS = 100_000_000  # [bytes] largest file that --against reads
 MISSED = 1  # exit code: a required accuracy, stability or reference is missed
 UNTRIMMABLE = (".urdf", ".mjb")  # formats of models that --write-trimmed does not take
@@ -56,6 +58,10 @@ MOTION_OPTIONS = (
     "ctrl",
     "policy",
     "in_the_loop",
+    "episodes",
+    "metric",
+    "spread",
+    "return_within",
     "ctrl_period",
     "duration",
     "budget",
@@ -204,10 +210,17 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
     if chosen.in_the_loop and chosen.policy is None:
         raise ParameterError("in the loop", True, "given with --policy")
+    for name in ("metric", "spread", "return_within"):
+        if getattr(chosen, name) is not None and chosen.episodes is None:
+            raise ParameterError(name.replace("_", " "), getattr(chosen, name), NO_EPISODES)
+    if chosen.episodes is not None and chosen.metric is None:
+        raise ParameterError("episodes", chosen.episodes, "given with --metric")
     if chosen.fail_above is not None and chosen.against is None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
-        values.refuse_options(chosen, (*FILE_OPTIONS, "in_the_loop"), "left out with --gym")
+        values.refuse_options(
+            chosen, (*FILE_OPTIONS, "in_the_loop", "episodes"), "left out with --gym"
+        )
         chosen.seed = values.count("seed", chosen.seed or "0", 0)
     elif chosen.seed is not None:
         raise ParameterError("seed", chosen.seed, "given with --gym")
@@ -336,6 +349,7 @@ def _run_audit(
         gradient=chosen.gradient,
         policy=None if chosen.policy is None else load_policy(chosen.policy),
         in_the_loop=chosen.in_the_loop,
+        episodes=None if chosen.episodes is None else episode_plan(chosen),
         engines=engine_names(chosen.engines),
         **callbacks,
     )
@@ -358,6 +372,8 @@ def _missed_requirements(
         requirements.append(result.assert_referenced)
     if chosen.absolute is not None:
         requirements.append(partial(result.assert_within, chosen.absolute))
+    if isinstance(result, Audit) and chosen.return_within is not None:
+        requirements.append(partial(result.assert_return_within, chosen.return_within))
     for requirement in requirements:
         try:
             requirement()
@@ -440,3 +456,11 @@ def write_trimmed_file(
         audit.model, audit.script, steps.own.parts, steps.index, offered
     )
     return replace(audit, written=(target.name, read_back))
+
+
+def episode_plan(chosen: argparse.Namespace) -> EpisodePlan:
+    """Returns the episodes that the user asks for, with the metric MODULE:FUNCTION; the module may
+    lie in the current folder. Raises ParameterError."""
+    wanted = "MODULE:FUNCTION, a function of times, qpos, qvel and controls"
+    metric = load_function("metric", chosen.metric, os.getcwd(), wanted)
+    return EpisodePlan(chosen.episodes, metric, chosen.spread or SPREAD)

@@ -9,6 +9,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, ContactRun
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
+from plumbob.engines.audit.episodes import EpisodeReturns, Interval
 from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
@@ -72,6 +73,7 @@ def _motion(audit: Audit) -> Plain:
         **gradient_record(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
+        **_returns(audit.returns),
         "seconds": audit.seconds,
     }
 
@@ -83,6 +85,33 @@ def _loop(audit: Audit) -> Plain:
         return {}
     replayed = None if math.isnan(audit.replayed_error) else audit.replayed_error
     return {"replayed_error": replayed, "feedback_factor": audit.feedback_factor}
+
+
+def _returns(returns: EpisodeReturns | None) -> Plain:
+    """Returns the mean returns of episodes at each step, and their limit; nothing without
+    episodes."""
+    if returns is None:
+        return {}
+    rows = [
+        {
+            **_attributes(row, "engine", "integrator", "step"),
+            "mean": row.mean.mean,
+            **_interval(row.difference),
+            **_attributes(row, "episodes", "lost"),
+        }
+        for row in returns.rows
+    ]
+    limit = _interval(returns.limit) if returns.limit else None
+    return {"returns": rows, "return_limit": limit, "return_limit_why": returns.no_limit}
+
+
+def _interval(interval: Interval | None) -> Plain:
+    """Returns the difference of a mean return with its intervals; None for each without one."""
+    names = ("low", "high", "bootstrap_low", "bootstrap_high")
+    return {
+        "difference": interval and interval.mean,
+        **{name: interval and getattr(interval, name) for name in names},
+    }
 
 
 def _trims(audit: Audit) -> list[Plain]:

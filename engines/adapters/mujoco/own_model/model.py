@@ -270,13 +270,14 @@ class MujocoModel:
         put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
         states[0] = script.start
+        controls = np.full_like(script.controls, np.nan, dtype=float)
         why = ""
         capped = 0
         begin = time.thread_time()
         ask = script.new_run()
         for k in range(len(script.controls)):
             try:
-                data.ctrl[:] = ask(k, states[k])
+                data.ctrl[:] = controls[k] = ask(k, states[k])
                 for _ in range(parts if single else 1):
                     mujoco.mj_step(model, data, 1 if single else parts)
                     if single:
@@ -302,6 +303,7 @@ class MujocoModel:
             time.thread_time() - begin,
             why,
             remarks if capped else (),
+            controls,
         )
 
     def timed(
