@@ -102,8 +102,7 @@ def audit(
         result = audited(user_model, motion, control_name, allowance, begun)
     allowance = Allowance(budget, progress=progress)
     result = _with_further_answers(result, motion, gradient, episodes, allowance)
-    result = with_engines(result, model, engines, budget, progress)
-    return MotionResult(**vars(result))
+    return MotionResult(**vars(with_engines(result, model, engines, budget, progress)))
 
 
 def _with_further_answers(
