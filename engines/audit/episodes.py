@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ SPREAD = (
 )
 MOST_EPISODES = 100_000
 # Order of the errors of means at small steps, by integrator; others are of first order
-ORDERS = {"rk4": 4}
+ORDERS = MappingProxyType({"rk4": 4})
 Metric = Callable[..., Any]
 """Times [s], shape (n + 1,), positions, velocities, and controls, shape (n, actuators), of an
 episode -> its return, a number."""

@@ -59,7 +59,7 @@ def asked(servo, state):
 def exact(servo, time):
     """Angle and its rate at a time [s], with 40 digits: the motion is sampled in doubles for a
     moment at which the motor comes to its limit or leaves it, which is then found as a root."""
-    if servo.hold:
+    if getattr(servo, "hold", 0.0):
         return held(servo, time)
     state = mp.matrix([servo.theta, servo.theta_dot, 1])
     limit = mp.mpf(servo.force_limit)
