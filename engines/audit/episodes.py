@@ -22,13 +22,13 @@ from plumbob.engines.own_motion import OwnModel, Script, Stepped, policy_name
 from plumbob.models.border import must_be
 from plumbob.models.entry_points import on_stderr
 
-CONFIDENCE = 0.95  # of all intervals
-FINER = (1, 2, 4)  # the model's own step over these is run
+CONFIDENCE = 0.95  # confidence of all intervals
+HALVED = (1, 2, 4)  # the model's own step over these is run
 # Largest relative difference of a change from that of its order: a term of the next order is then
 # a small part of the error
 OFF_ORDER = 0.5
 RESAMPLES = 2000  # resamples of a bootstrap
-SPREAD = (
+START_SPREAD = (
     0.01  # [m, rad, and these per second] default largest change of a coordinate of the start
 )
 MOST_EPISODES = 100_000
@@ -40,7 +40,7 @@ episode -> its return, a number."""
 
 
 @dataclass(frozen=True)
-class Interval:
+class MeanInterval:
     """A mean over episodes with its 95 % interval, by Student's t of the pairs, and beside it the
     interval by bootstrap."""
 
@@ -68,8 +68,8 @@ class StepReturn:
 
     integrator: str
     step: float  # [s]
-    mean: Interval
-    difference: Interval | None  # None: the own integrator and step
+    mean: MeanInterval
+    difference: MeanInterval | None  # None: the own integrator and step
     episodes: int  # number of pairs
     lost: int  # number of episodes that ended early at this step, and do not count
     engine: str = "mujoco"
@@ -81,7 +81,7 @@ class EpisodeReturns:
 
     rows: tuple[StepReturn, ...]
     # The difference of the limit of small steps from the own step; None where `no_limit` says why
-    limit: Interval | None
+    limit: MeanInterval | None
     no_limit: str
     asked: int  # number of episodes that were asked for
 
@@ -91,7 +91,7 @@ class EpisodeReturns:
         return self.rows[0]
 
     @property
-    def difference(self) -> Interval | None:
+    def difference(self) -> MeanInterval | None:
         """By how much the limit, or else the finest step of the own integrator, differs from the
         own step; None if too few episodes reach their end."""
         if self.limit is not None:
@@ -118,7 +118,7 @@ class EpisodeReturns:
         return max(abs(change.low), abs(change.high)) <= fraction * self.scale
 
 
-def interval_of(values: Array) -> Interval:
+def interval_of(values: Array) -> MeanInterval:
     """Returns the mean of values, shape (n,) with n of 2 or more, with its intervals."""
     from scipy import stats
 
@@ -136,10 +136,10 @@ def interval_of(values: Array) -> Interval:
             rng=np.random.default_rng(0),
         ).confidence_interval
         low, high = float(resampled.low), float(resampled.high)
-    return Interval(mean, mean - half, mean + half, low, high)
+    return MeanInterval(mean, mean - half, mean + half, low, high)
 
 
-def limit_of(returns: Sequence[Array], order: int) -> tuple[Interval | None, str]:
+def limit_of(returns: Sequence[Array], order: int) -> tuple[MeanInterval | None, str]:
     """Returns the difference of the limit of small steps from the largest of three steps, each half
     of the one before, with `returns` of shape (episodes,) each; or None and the reason. The second
     change must be 2^order times smaller than the first, within OFF_ORDER and its interval. If it is
@@ -157,7 +157,7 @@ def limit_of(returns: Sequence[Array], order: int) -> tuple[Interval | None, str
     limit = interval_of(fine + second / (2.0**order - 1.0) - coarse)
     left = abs(excess.mean) if excess.resolved else 0.0
     return (
-        Interval(
+        MeanInterval(
             limit.mean,
             limit.low - left,
             limit.high + left,
@@ -176,7 +176,7 @@ class EpisodePlan:
 
     count: int
     metric: Metric
-    spread: float = SPREAD
+    spread: float = START_SPREAD
 
     def __post_init__(self) -> None:
         if isinstance(self.count, bool) or not 2 <= self.count <= MOST_EPISODES:
@@ -232,7 +232,7 @@ class Episodes:
         time, but at least two. Raises ParameterError."""
         count = self.plan.count
         own = self.script.parts(self.model.step)
-        settings = [(self.model.integrator, own * finer) for finer in FINER]
+        settings = [(self.model.integrator, own * finer) for finer in HALVED]
         settings += [(other, own) for other in self.model.integrators[1:]]
         values = self._table(settings, seconds, progress)
         rows = (
@@ -244,7 +244,7 @@ class Episodes:
             raise ParameterError(
                 "episodes", count, "so many that two reach their end at the own step"
             )
-        three = values[:, : len(FINER)]
+        three = values[:, : len(HALVED)]
         three = three[np.isfinite(three).all(axis=1)]
         order = ORDERS.get(self.model.integrator, 1)
         limit, why = None, "too few episodes reach their end"

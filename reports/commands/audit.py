@@ -21,7 +21,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
-from plumbob.engines.audit.episodes import SPREAD, EpisodePlan
+from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan
 from plumbob.engines.audit.trims import effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.closed_loop import load_function, load_policy
@@ -463,4 +463,4 @@ def episode_plan(chosen: argparse.Namespace) -> EpisodePlan:
     lie in the current folder. Raises ParameterError."""
     wanted = "MODULE:FUNCTION, a function of times, qpos, qvel and controls"
     metric = load_function("metric", chosen.metric, os.getcwd(), wanted)
-    return EpisodePlan(chosen.episodes, metric, chosen.spread or SPREAD)
+    return EpisodePlan(chosen.episodes, metric, chosen.spread or START_SPREAD)

@@ -9,7 +9,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, ContactRun
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
-from plumbob.engines.audit.episodes import EpisodeReturns, Interval
+from plumbob.engines.audit.episodes import EpisodeReturns, MeanInterval
 from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
@@ -105,7 +105,7 @@ def _returns(returns: EpisodeReturns | None) -> Plain:
     return {"returns": rows, "return_limit": limit, "return_limit_why": returns.no_limit}
 
 
-def _interval(interval: Interval | None) -> Plain:
+def _interval(interval: MeanInterval | None) -> Plain:
     """Returns the difference of a mean return with its intervals; None for each without one."""
     names = ("low", "high", "bootstrap_low", "bootstrap_high")
     return {
