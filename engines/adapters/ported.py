@@ -138,8 +138,9 @@ class PortSteps:
     port: Any
 
     def state(self) -> State:
-        """Returns the present state."""
-        return State(*self.port.state())
+        """Returns the present state, as doubles of numpy: JAX computes in single precision with
+        arrays of its own."""
+        return State(*(np.array(values, float) for values in self.port.state()))
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Takes `steps` steps under controls, shape (steps, nu), if there are any."""
