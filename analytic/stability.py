@@ -29,6 +29,10 @@ FailureKind = Literal["unstable", "changes-kind"]
 """Consequence of a step beyond the limit. "unstable": it magnifies a nudge that the exact motion
 does not magnify. "changes-kind": its motion is of another kind (a swing turns over, a well is
 left)."""
+LoopQuantity = Literal["hold", "delay", "gain"]
+"""Quantity of a loop through a digital controller that has a limit: the time for which an answer is
+held, its delay, or a factor of all gains."""
+LOOP_QUANTITIES: tuple[LoopQuantity, ...] = ("hold", "delay", "gain")
 LEVELS = (0.01, 0.1, 1.0)  # errors over their scale whose times are computed
 Growth = Literal["constant", "linear", "quadratic", "exponential", "decaying"]
 

@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from plumbob.analytic.stability import FailureKind
 from plumbob.engines.method import (
     Engine,
     KnownGradientLimit,
@@ -59,7 +58,7 @@ class Limits:
         """The known limit of a scene with a method, or None."""
         return next(_matching(self.known_limits, scene, method), None)
 
-    def step_limit(self, scene: str, method: str, kind: FailureKind) -> KnownStepLimit | None:
+    def step_limit(self, scene: str, method: str, kind: str) -> KnownStepLimit | None:
         """The known limit of the largest step of this kind of a scene with a method, or None."""
         matching = _matching(self.step_limits, scene, method)
         return next((limit for limit in matching if limit.kind == kind), None)

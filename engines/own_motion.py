@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FunctionType
 from typing import Any, Literal, Protocol
@@ -45,13 +45,49 @@ def policy_name(policy: Policy) -> str:
     return policy.__name__ if isinstance(policy, FunctionType) else type(policy).__name__
 
 
+RunControls = Callable[[float, Array], Array]
+"""The controls of one run, shape (actuators,), from the time [s] and the run's own state, shape
+(n,), at the begin of a period."""
+
+
+class NotControlled(Exception):
+    """A policy gives a run no finite control; the text says when."""
+
+
+class AskedPolicy(Protocol):
+    """A policy that is asked in the loop."""
+
+    def new_run(self) -> RunControls:
+        """Returns the controls of a new run, which raise NotControlled and ParameterError."""
+
+    def check_memory(self, times: Array, states: Array, controls: Array) -> None:
+        """Raises ParameterError unless a new run gets the `controls` again, shape (n, actuators),
+        at the same times [s] and states, shape (n, k)."""
+
+
 @dataclass(frozen=True)
 class Script:
-    """A start and controls held over periods, which the reference and all steps replay."""
+    """A start and controls held over periods. The reference and all steps replay the controls, or,
+    in a loop, ask a policy with their own states."""
 
     start: Array  # state, shape (n,)
     period: float  # [s] a multiple of the model's own step
-    controls: Array  # shape (periods, actuators)
+    # Shape (periods, actuators). In a loop: the controls of one run, for uses that replay them.
+    controls: Array
+    loop: AskedPolicy | None = None  # None: all runs replay the controls
+
+    @property
+    def replayed(self) -> Script:
+        """The script whose controls are replayed by all runs."""
+        return replace(self, loop=None)
+
+    def new_run(self) -> Callable[[int, Array], Array]:
+        """Returns the controls of a new run, as a function of the number of a period and of the
+        run's state at its begin, shape (n,)."""
+        if self.loop is None:
+            return lambda period, state: self.controls[period]
+        ask = self.loop.new_run()
+        return lambda period, state: ask(period * self.period, state)
 
     @property
     def times(self) -> Array:
@@ -77,6 +113,9 @@ class Integration:
     # [s] times at which contacts or limits begin or cease to act
     events: tuple[float, ...] = ()
     why: str = ""  # why it ended early; empty if it did not
+    # Controls of the periods, shape (periods, actuators), with NaN after an early end; empty for a
+    # motion of which the start alone is known
+    controls: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 @dataclass(frozen=True)
@@ -88,6 +127,9 @@ class Stepped:
     seconds: float  # [s] processor time of one run
     why: str = ""  # why it ended early; empty if it did not
     remarks: tuple[str, ...] = ()  # remarks about the run
+    # Controls of the periods, shape (periods, actuators), with NaN after an early end; empty if
+    # they are not kept
+    controls: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 @dataclass(frozen=True)
@@ -213,7 +255,7 @@ class OwnModel(Protocol):
     def timed(
         self, script: Script, states: Array, integrator: str, parts: int, steps: int
     ) -> TimedSimulation: ...
-    def recorded(self, policy: Policy, period: float, duration: float) -> Array: ...
+    def recorded(self, loop: AskedPolicy, period: float, duration: float) -> Array: ...
     def changes(self, script: Script) -> tuple[Change, ...]: ...
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]: ...
     def changed(self, changes: Sequence[Change]) -> OwnModel: ...

@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Mechanism
-from plumbob.models.model_file import Controls
+from plumbob.models.model_file import Controls, Feedback
 
 StepDerivatives = tuple[Array, Array]
 """The derivatives of the state after one step in tangent coordinates: by the state before it, shape
@@ -45,7 +45,7 @@ class SceneMechanism:
 
     mechanism: Mechanism
     start: State
-    controls: Controls | None  # None: the controls stay zero
+    controls: Controls | Feedback | None  # None: the controls stay zero
 
 
 @dataclass(frozen=True)

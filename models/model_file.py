@@ -8,10 +8,22 @@ from dataclasses import dataclass
 from typing import Any
 
 from plumbob.analytic.reference import Array, Signals
+from plumbob.analytic.sampled_control import SamplingTimes
 from plumbob.models.idealisations import NO_IDEALISATIONS, Idealisations
 
 Controls = Callable[[Array], Array]
 """Returns the controls of the file's actuators, shape (n, controls), at times [s], shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """A controller that is asked with the state of the run itself. Its answers are held."""
+
+    times: SamplingTimes
+    answer: Callable[[float, Array, Array], Array]
+    """Returns the controls of the file's actuators, shape (controls,), at a time [s] and in a state
+    with positions of shape (nq,) and velocities of shape (nv,)."""
+    controls: int  # number of controls, which are zero until the first answer acts
 
 
 @dataclass(frozen=True)
@@ -27,8 +39,8 @@ class ModelFile:
     (n, nq), and velocities, shape (n, nv)."""
     ideal: Callable[[Any], Idealisations] = lambda problem: NO_IDEALISATIONS
     """Returns the idealisations of a problem, which the file cannot state."""
-    controls: Callable[[Any], Controls | None] = lambda problem: None
-    """Returns the controls of a problem; None if they stay zero."""
+    controls: Callable[[Any], Controls | Feedback | None] = lambda problem: None
+    """Returns the controls of a problem, or what feeds them back; None if they stay zero."""
     largest: Callable[[Any], Mapping[str, float]] = lambda problem: {}
     """Returns magnitudes of observables that only a diverged run exceeds."""
     forces: Callable[[Any, Array, Array, Array, Array], Signals] | None = None

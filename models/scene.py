@@ -17,6 +17,8 @@ from plumbob.analytic.theory import ErrorTheory, no_theory
 
 if TYPE_CHECKING:
     from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+    from plumbob.analytic.stability import LoopQuantity
+    from plumbob.analytic.systems.held_loop import HeldLoop
     from plumbob.models.model_file import ModelFile
 
 Parameters = Mapping[str, Any]
@@ -148,6 +150,12 @@ class System:
     errors: Callable[[Any], ErrorTheory] = no_theory  # returns theory of fixed steps' errors
     # Returns the theory of the largest step of a problem; None without such a theory.
     stability: Callable[[Any], StabilityTheory | None] | None = None
+    # Returns the loop of a problem whose controls are fed back; None if they are not.
+    loop: Callable[[Any], HeldLoop | None] = lambda problem: None
+    # Returns the parameters that change the hold [s], the delay [s] or both gains of that loop.
+    loop_changes: Callable[[Any, LoopQuantity, float], Parameters] = (
+        lambda problem, quantity, value: {}
+    )
     start: tuple[str, ...] = ()
     """Names of the parameters of the start. If a scene has none of them, the last one is zero."""
 

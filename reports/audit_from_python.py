@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,22 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, counting, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.audit import Audit, audited, with_gradient
+from plumbob.engines.audit.audit import Audit, audited, with_gradient, with_returns
 from plumbob.engines.audit.contacts import SPEED, contacts_audited
 from plumbob.engines.audit.controls import DURATION, script
 from plumbob.engines.audit.engines import with_engines
 from plumbob.engines.audit.environments import rollout, start_and_period
+from plumbob.engines.audit.episodes import EpisodePlan
 from plumbob.engines.audit.user_models import quiet, user_models
-from plumbob.engines.own_motion import NotCertifiable, OwnModel, Policy, Script, Start
+from plumbob.engines.closed_loop import ClosedLoop, NamedPolicy, new_policy
+from plumbob.engines.own_motion import (
+    NotCertifiable,
+    NotControlled,
+    OwnModel,
+    Policy,
+    Script,
+    Start,
+)
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
@@ -29,6 +39,7 @@ LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
 ALLOWED_SECONDS = 0.05  # [s] processor time of an evaluation that every budget allows
 START_OFFSET = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
 RECORDED_POLICY = "policy, recorded at the model's own step"
+ASKED_POLICY = "policy, in the loop of each run"
 
 
 @quiet()
@@ -45,8 +56,10 @@ def audit(
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
-    policy: Policy | None = None,
+    policy: Policy | NamedPolicy | None = None,
+    in_the_loop: bool = False,
     engines: Sequence[str] = (),
+    episodes: EpisodePlan | None = None,
     begun: Callable[[Audit], None] = lambda audit: None,
 ) -> MotionResult:
     """Audits a model: how wrong are its steps, with its own integrator and step? The audit
@@ -56,16 +69,15 @@ def audit(
     the start), or a MuJoCo environment of Gymnasium that has been reset. The motion starts from a
     `keyframe`, or from the model's state; `qpos` and `qvel` replace positions and velocities. It
     lasts `duration` [s]. `control` is "rest", "zero", "sines" or values of shape (periods,
-    actuators), each held for `period` [s]. A `policy` replaces `control`: it is called with time,
-    qpos and qvel at the beginning of each period (default: one step) of a run at the model's own
-    step. The reference and all other steps replay its controls. An environment's policy is called
-    with observations, and a control is held as long as the environment holds an action.
+    actuators), each held for `period` [s]. A `policy` replaces it: a function of time, qpos and
+    qvel, or an environment's observation, called at the begin of each period (default: one step,
+    or as long as the environment holds an action) of a run at the model's own step. All runs
+    replay its controls, or, if it is `in_the_loop`, ask it with their own states.
 
-    The audit takes about `budget` [s] of processor time, with the integrators in `jobs` processes.
-    If `gradient` is set, derivatives of the final state with respect to controls and start are
-    certified in as much time again. Each of `engines`, by name, runs the file, in as much time.
-    `begun` is called with the audit before anything is computed. Raises ParameterError for bad
-    input, and for a model for which no reference can be certified.
+    It takes about `budget` [s] of processor time, with the integrators in `jobs` processes, and as
+    much again for each of derivatives (`gradient`), other `engines`, and `episodes`. `begun` is
+    called with the audit before anything is computed. Raises ParameterError for bad input, and if
+    no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -74,78 +86,135 @@ def audit(
     >>> found.until, found.resolved, found.assert_within(metres=0.01)
     (0.1, True, None)
     """
-    positive("budget", budget)
-    counting("jobs", jobs)
-    engines = engines.split(",") if isinstance(engines, str) else engines
-    _check_engines(engines, model)
-    start = Start(keyframe, qpos, qvel)
-    control_name = _control_name(control, policy)
+    _check_effort(budget, jobs)
+    engines = _checked_engines(engines, model)
+    control_name = _control_name(control, policy, in_the_loop)
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
         model, control, duration, period = _environment_motion(model, control, policy, duration)
         policy = None
-    user_model, motion = user_motion(model, start, control, policy, duration, period, budget)
+    _check_loop(in_the_loop, policy, engines)
+    given = (control, policy, duration, period, budget, in_the_loop)
+    user_model, motion = user_motion(model, Start(keyframe, qpos, qvel), *given)
     with Workers(jobs) as workers:
-        executor = workers if jobs > 1 else None
-        allowance = Allowance(budget, executor=executor, progress=progress)
+        # Another process can only load a policy that has a name.
+        shared = jobs > 1 and (not in_the_loop or isinstance(policy, NamedPolicy))
+        allowance = Allowance(budget, workers if shared else None, progress)
         result = audited(user_model, motion, control_name, allowance, begun)
+    allowance = Allowance(budget, progress=progress)
+    result = _with_further_answers(result, motion, gradient, episodes, allowance)
+    return MotionResult(**vars(with_engines(result, model, engines, budget, progress)))
+
+
+def _with_further_answers(
+    result: Audit,
+    motion: Script,
+    gradient: bool,
+    episodes: EpisodePlan | None,
+    allowance: Allowance,
+) -> Audit:
+    """Returns an audit of a motion with derivatives and with returns of episodes, if the user asks
+    for them. Each takes as much time as is allowed. Raises ParameterError."""
     if gradient:
-        result = with_gradient(result, Allowance(budget, progress=progress))
-    result = with_engines(result, model, engines, budget, progress)
-    return MotionResult(**vars(result))
+        result = with_gradient(result, allowance.part(1.0))
+    if episodes is not None:
+        result = with_returns(result, motion, episodes, allowance.part(1.0))
+    return result
+
+
+def _check_loop(
+    in_the_loop: bool, policy: Policy | NamedPolicy | None, engines: Sequence[str]
+) -> None:
+    """Raises ParameterError if an audit in the loop has no policy of a model's states, or asks for
+    engines with a policy that their processes cannot load."""
+    if in_the_loop and policy is None:
+        wanted = "given with a policy, and left out with an environment"
+        raise ParameterError("in the loop", in_the_loop, wanted)
+    if in_the_loop and engines and not isinstance(policy, NamedPolicy):
+        raise ParameterError("engines", ",".join(engines), "left out, or with a NamedPolicy")
 
 
 def _environment_motion(
-    environment: Any, control: str | Array, policy: Policy | None, duration: float | None
+    environment: Any,
+    control: str | Array,
+    policy: Policy | NamedPolicy | None,
+    duration: float | None,
 ) -> tuple[Any, str | Array, float | None, float]:
     """Returns an environment's model, and the controls, the duration [s] and the control period [s]
     of its motion. If there is a policy, its rollout gives the controls and the duration."""
     model, period = start_and_period(environment)
     if policy is not None:
-        control = rollout(environment, policy, _duration_or_default(duration))
+        control = rollout(environment, new_policy(policy), _duration_or_default(duration))
         duration = None
     return model, control, duration, period
 
 
-def _control_name(control: str | Array, policy: Policy | None) -> str:
+def _control_name(
+    control: str | Array, policy: Policy | NamedPolicy | None, in_the_loop: bool
+) -> str:
     """Returns the name of the controls in the audit: a policy's, a named control's, or `given`."""
     if policy is not None:
-        return RECORDED_POLICY
+        return ASKED_POLICY if in_the_loop else RECORDED_POLICY
     return control if isinstance(control, str) else "given"
 
 
-def _check_engines(engines: Sequence[str], model: Any) -> None:
-    """Raises ParameterError for unknown engines, and for engines without an MJCF file to read."""
-    for name in engines:
+def _check_effort(budget: float, jobs: int) -> None:
+    """Raises ParameterError unless the budget [s] and the number of processes are positive."""
+    positive("budget", budget)
+    counting("jobs", jobs)
+
+
+def _checked_engines(engines: str | Sequence[str], model: Any) -> Sequence[str]:
+    """Returns the names of engines, which may be a text with commas. Raises ParameterError for
+    unknown engines, and for engines without an MJCF file to read."""
+    names = engines.split(",") if isinstance(engines, str) else engines
+    for name in names:
         find_engine(name)
     is_file = isinstance(model, (str, Path)) and Path(model).suffix == ".xml"
-    if engines and not is_file:
-        raise ParameterError("engines", ",".join(engines), "left out, but with an MJCF file")
+    if names and not is_file:
+        raise ParameterError("engines", ",".join(names), "left out, but with an MJCF file")
+    return names
 
 
 def user_motion(
     model: Any,
     start: Start,
     control: str | Array = "rest",
-    policy: Policy | None = None,
+    policy: Policy | NamedPolicy | None = None,
     duration: float | None = None,
     period: float | None = None,
     budget: float = AUDIT_SECONDS,
+    in_the_loop: bool = False,
 ) -> tuple[OwnModel, Script]:
     """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
-    recorded. Raises ParameterError for a model that has no continuous motion, and if the budget [s]
-    is too small."""
+    recorded; if it is `in_the_loop`, each run asks the policy. Raises ParameterError for a model
+    that has no continuous motion, and if the budget [s] is too small."""
     try:
         user_model = user_models().model(model, start)
+        loop = None
         if policy is not None:
+            velocities = user_model.layout.velocity
+            loop = ClosedLoop(policy, user_model.rest.size, velocities)
             held = user_model.step if period is None else positive("ctrl period", period)
-            control = user_model.recorded(policy, held, _duration_or_default(duration))
+            control = _recorded(user_model, loop, held, _duration_or_default(duration))
             period, duration = held, None
         motion = script(user_model, control, duration, period)
+        if in_the_loop:
+            motion = replace(motion, loop=loop)
     except NotCertifiable as reason:
         wanted = f"one that has a continuous motion; {reason}"
         raise ParameterError("model", _model_name(model), wanted) from None
     _check_budget(user_model, motion, budget)
     return user_model, motion
+
+
+def _recorded(model: OwnModel, loop: ClosedLoop, period: float, duration: float) -> Array:
+    """Returns the controls that a policy gives to a run at the model's own step, shape (periods,
+    actuators). Raises ParameterError."""
+    try:
+        return model.recorded(loop, period, duration)
+    except NotControlled as why:
+        wanted = f"one that returns finite numbers; {why}"
+        raise ParameterError("policy", loop.name, wanted) from None
 
 
 def _model_name(model: Any) -> str:

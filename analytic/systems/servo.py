@@ -10,6 +10,9 @@ under a constant force. Below the limit F obeys the same equation as x, so each 
 lower than the one before. At the limit the unlimited F has at most one turning point. F is
 continuous from piece to piece, so an error of a switching time changes the motion in second order
 only.
+
+If the motor's controller is digital, it computes F from x and x' at samples, and F is held between
+them: `analytic/systems/held_loop.py` has that motion. Such a motor has no limit here.
 """
 
 from __future__ import annotations
@@ -27,9 +30,10 @@ from plumbob.analytic.numerics.arithmetic import rounded_inputs
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import check_fields
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.systems.held_loop import HeldLoop
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
 OBSERVABLES = "theta", "theta_dot"
@@ -41,7 +45,9 @@ SERVO_ROUNDINGS = 12.0
 class Servo(LinearResponse):
     """A link's `inertia` and a motor's `armature` [kg m^2], the `gear` ratio, the gains `kp` [N
     m/rad] and `kv` [N m s/rad], the `force_limit` [N m] before the gear, and the joint's `damping`
-    [N m s/rad]. `theta` [rad] from the target and its rate are at time 0. Raises ParameterError.
+    [N m s/rad]. `theta` [rad] from the target and its rate are at time 0. A digital controller
+    samples every `hold` [s], and its force acts `delay` [s] later; without a hold the motor is
+    continuous. Raises ParameterError.
 
     >>> Servo(0.5, 0.1, 10.0, 2.0, 0.1, 0.0, 9.0, -0.4, 0.0).started.damping_rate
     16.666666666666668
@@ -56,10 +62,33 @@ class Servo(LinearResponse):
     force_limit: float
     theta: float
     theta_dot: float
+    hold: float = 0.0
+    delay: float = 0.0
 
     def __post_init__(self) -> None:
         positives = "inertia", "gear", "kp", "force_limit"
-        check_fields(self, positives, ("armature", "kv", "damping"))
+        check_fields(self, positives, ("armature", "kv", "damping", "hold", "delay"))
+        if self.delay and not self.hold:
+            raise ParameterError("delay", self.delay, "0 without a hold")
+        # A loop checks its own numbers.
+        assert not self.hold or self.loop
+
+    @cached_property
+    def loop(self) -> HeldLoop | None:
+        """The loop of a digital controller; None if the motor is continuous."""
+        if not self.hold:
+            return None
+        gear_squared = self.gear**2
+        return HeldLoop(
+            inertia=self.inertia + self.armature,
+            damping=self.damping,
+            stiffness=gear_squared * self.kp,
+            rate_gain=gear_squared * self.kv,
+            hold=self.hold,
+            delay=self.delay,
+            theta=self.theta,
+            theta_dot=self.theta_dot,
+        )
 
     @cached_property
     def started(self) -> SimplePendulum:
@@ -80,8 +109,9 @@ class Servo(LinearResponse):
 
     @property
     def joint_part(self) -> float:
-        """The joint's damping over the total damping; 1 if the motor has none."""
-        motor = self.gear**2 * self.kv
+        """The joint's damping over the total damping that acts within a step; 1 if the motor has
+        none."""
+        motor = 0.0 if self.hold else self.gear**2 * self.kv
         return self.damping / (self.damping + motor) if motor else 1.0
 
     @property
@@ -132,8 +162,8 @@ class Servo(LinearResponse):
 
     @cached_property
     def saturates(self) -> bool:
-        """True if the motor reaches its limit."""
-        return any(piece.side for piece in islice(self.pieces(), 2))
+        """True if the motor reaches its limit, which it has only if it is continuous."""
+        return not self.hold and any(piece.side for piece in islice(self.pieces(), 2))
 
     @property
     def peak_force(self) -> float:

@@ -37,7 +37,17 @@ SMALLEST = ULP
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
 METHODS = (
-    Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, kinds=KINDS),
+    Method(
+        "heyoka/taylor",
+        Scheme(ADAPTIVE),
+        None,
+        "tolerance",
+        {},
+        TOLERANCES,
+        # An equation of motion has no controls that a digital controller could hold.
+        systems=("!servo/held-*",),
+        kinds=KINDS,
+    ),
 )
 
 
@@ -104,6 +114,8 @@ def _translated(case: Case) -> Translated:
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
     if case.system.kind == SMOOTH:
         system = problem.motion.system
+    elif case.system.loop(case.problem):
+        raise Unsupported("its controls are fed back, and the equation has none")
     elif rotor is None or getattr(case.problem, "saturates", False):
         raise Unsupported(
             f"heyoka has no builder for {case.system.name}: no driven rotor in one angle"

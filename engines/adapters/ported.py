@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import registry
 from plumbob.engines.abilities import CompilesScenes, PortsFiles, SchemeOfCase
 from plumbob.engines.adapters.stepping import Built
+from plumbob.engines.controlled_steps import controlled_steps
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_engine
+from plumbob.engines.stepper import State
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
@@ -128,6 +131,25 @@ def uncontrolled(translation: Any) -> None:
         raise Unsupported("no control changes while a port of MuJoCo takes all its steps")
 
 
+@dataclass(frozen=True)
+class PortSteps:
+    """A port at the start of a scene, as a stepper is advanced and read."""
+
+    port: Any
+
+    def state(self) -> State:
+        """Returns the present state, as doubles of numpy: JAX computes in single precision with
+        arrays of its own."""
+        return State(*(np.array(values, float) for values in self.port.state()))
+
+    def advance(self, controls: Array | None, steps: int) -> None:
+        """Takes `steps` steps under controls, shape (steps, nu), if there are any."""
+        if controls is None:
+            self.port.steps(steps)
+        else:
+            self.port.controlled(controls)
+
+
 def built(port: Any, translation: Any, step: float) -> Built:
     """A scene at its start in a port, to be advanced in steps of `step` [s]."""
 
@@ -135,16 +157,9 @@ def built(port: Any, translation: Any, step: float) -> Built:
         qpos, qvel = (np.array(values, float) for values in zip(*states, strict=True))
         return translation.observed(qpos, qvel)
 
-    def advance(first: int, last: int) -> None:
-        """Takes the steps from number `first` to `last`, with the controls of these steps if the
-        scene has a control."""
-        steps = np.arange(first, last, dtype=np.float64)
-        controls = translation.held_controls(steps, step)
-        if controls is None:
-            port.steps(last - first)
-        else:
-            port.controlled(controls)
-
+    advance = controlled_steps(
+        PortSteps(port), translation.control, step, translation.control_at
+    )
     return Built(advance, port.state, translation.limits, gather=observed)
 
 

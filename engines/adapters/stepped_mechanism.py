@@ -74,20 +74,12 @@ def begun(
     reads_forces: bool = False,
 ) -> Built:
     """A case at its start in a stepper, ready to be advanced and read; raises Unsupported."""
+    from plumbob.engines.controlled_steps import controlled_steps
     from plumbob.engines.stepper import TellsForces
 
     file = model_file(case)
-    controls = scene.controls
     stepper.put(scene.start)
-
-    def advance(first: int, last: int) -> None:
-        rows = (
-            None
-            if controls is None
-            else controls(step * np.arange(first, last, dtype=np.float64))
-        )
-        stepper.advance(rows, last - first)
-
+    advance = controlled_steps(stepper, scene.controls, step)
     forced = (
         reads_forces
         and file.forces

@@ -15,14 +15,13 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
+from plumbob.engines.controlled_steps import TakeSteps
 from plumbob.engines.method import ModelError, Stepping
 from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case
 
 OVERFLOW = (ArithmeticError, ValueError)  # Python's exceptions for infinite numbers
 Observed = tuple[Signals, Signals]  # observables and channels
-TakeSteps = Callable[[int, int], None]
-"""First index, last index -> nothing: takes the steps with these indices, the last one excluded."""
 # Arrays may overflow while a run diverges: the run is cut when its samples are read.
 DIVERGING = np.errstate(over="ignore", invalid="ignore")
 

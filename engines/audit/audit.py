@@ -13,6 +13,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import AuditChange
+from plumbob.engines.audit.episodes import EpisodePlan, EpisodeReturns, Episodes
 from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, start_certificate
 from plumbob.engines.audit.stability import LargestSteps, largest_steps
@@ -20,8 +21,10 @@ from plumbob.engines.audit.step_errors import (
     Balance,
     StateErrors,
     StepComparison,
+    StepError,
     balances,
     compare_steps,
+    error_at_step,
     reason_for_mismatch,
     state_errors,
 )
@@ -65,12 +68,36 @@ class Audit:
     # Changes since another audit; None if it is compared with none.
     changes: tuple[AuditChange, ...] | None = None
     engines: tuple[EngineError, ...] = ()  # errors of the other engines that the user asked for
+    # In a loop: the error of the own step if the controls of the reference are replayed; None if
+    # there is no loop, or no error is known.
+    replayed: StepError | None = None
+    returns: EpisodeReturns | None = None  # None if no episodes are asked for
 
     @property
     def error(self) -> float:
         """The error [m] at the model's own integrator and step, at the last time up to which steps
         tend to the reference; NaN if there is no reference."""
         return self.found.own.at(self.found.index) if self.found else float("nan")
+
+    @property
+    def replayed_error(self) -> float:
+        """The error [m] at the model's own step if the controls of the continuous motion are
+        replayed, at `until`; NaN if it is not known, or there is no loop."""
+        if self.replayed is None or self.found is None:
+            return math.nan
+        return self.replayed.at(self.found.index)
+
+    @property
+    def feedback_factor(self) -> float | None:
+        """The error in the loop over the error with replayed controls: below 1 feedback takes
+        errors back, above 1 it amplifies them. None if either is not resolved by the reference, or
+        infinite."""
+        errors = self.error, self.replayed_error
+        if not all(
+            math.isfinite(error) and error > RESOLVED * self.uncertainty for error in errors
+        ):
+            return None
+        return self.error / self.replayed_error
 
     @property
     def diverged(self) -> bool:
@@ -163,6 +190,15 @@ class Audit:
                 f"(known to {self.uncertainty:.1g} m), more than {metres:g} m"
             )
 
+    def assert_return_within(self, fraction: float) -> None:
+        """Raises AssertionError unless the step changes the mean return by no more than a fraction
+        of it, at the far end of the interval."""
+        if self.returns is None or not self.returns.within(fraction):
+            raise AssertionError(
+                f"{self.name}: the step of {self.step:g} s may change the mean return by more than "
+                f"{100 * fraction:g} %"
+            )
+
     def assert_stable(self) -> None:
         """Raises AssertionError if the model's own step is unstable along the motion."""
         if self.stability is not None and self.stability.unstable:
@@ -199,7 +235,12 @@ def audited(
     )
     begun(audit)
     reference, result = compare_with_reference(model, script, allowance)
-    audit = replace(audit, reference=reference, found=result)
+    script = script_of_reference(script, reference)
+    audit = replace(audit, script=script, reference=reference, found=result)
+    if script.loop is not None and result is not None:
+        parts = result.own.parts
+        replayed = error_at_step(model, script.replayed, reference, audit.integrator, parts)
+        audit = replace(audit, replayed=replayed)
     if result is not None and math.isfinite(audit.error):
         progress("what can be left out")
         parts = result.own.parts
@@ -215,6 +256,20 @@ def audited(
         )
     largest = largest_steps_along(model, script, reference, allowance)
     return replace(audit, stability=largest, seconds=time.perf_counter() - began)
+
+
+def script_of_reference(script: Script, reference: Certificate) -> Script:
+    """Returns the script with the controls of the reference, as far as it is known, in place of the
+    recorded ones. Raises ParameterError if a policy in the loop gives other controls when it is
+    asked again: the reference is then no motion of its own."""
+    if script.loop is None:
+        return script
+    course = reference.course
+    answers = course.controls[np.isfinite(course.controls).all(axis=1)]
+    count = len(answers)
+    script.loop.check_memory(script.times[:count], course.states[:count], answers)
+    known = reference.known
+    return replace(script, controls=np.concatenate([answers[:known], script.controls[known:]]))
 
 
 def largest_steps_along(
@@ -245,6 +300,17 @@ def compare_with_reference(
     return reference, result if result.index else None
 
 
+def with_returns(
+    audit: Audit, script: Script, plan: EpisodePlan, allowance: Allowance
+) -> Audit:
+    """Returns an audit with the returns of the episodes of a plan, under the script that was given.
+    Raises ParameterError."""
+    began = time.perf_counter()
+    episodes = Episodes(audit.model, script, plan)
+    returns = episodes.returns(allowance.seconds, allowance.progress)
+    return replace(audit, returns=returns, seconds=audit.seconds + time.perf_counter() - began)
+
+
 def with_gradient(audit: Audit, allowance: Allowance) -> Audit:
     """Returns an audit with the derivatives of the end, or with the reason why there are none."""
     began = time.perf_counter()
@@ -252,7 +318,7 @@ def with_gradient(audit: Audit, allowance: Allowance) -> Audit:
     derivatives: CertifiedGradient | str
     try:
         derivatives = certified_gradient(
-            audit.model, audit.script, audit.reference, index, allowance
+            audit.model, audit.script.replayed, audit.reference, index, allowance
         )
     except NotCertifiable as why:
         derivatives = str(why)

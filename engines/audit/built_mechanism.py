@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import BuildsMechanisms
 from plumbob.engines.audit.user_models import quiet
@@ -29,6 +30,7 @@ from plumbob.engines.own_motion import (
     PERIOD_ROUNDING,
     Change,
     NotCertifiable,
+    NotControlled,
     OwnModel,
     Script,
     Stepped,
@@ -90,11 +92,17 @@ class ScriptRuns:
         states[0] = script.start
         why = ""
         begin = time.thread_time()
-        with border(Unsupported, Unsupported):
+        ask = script.new_run()
+        with border(Unsupported, Unsupported, ParameterError):
             self.stepper.put(space_of_layout(self.model.layout).state_of(script.start))
-            for k, control in enumerate(script.controls):
+            for k in range(len(script.controls)):
                 end_of_period = f"{(k + 1) * script.period:.3g} s"
                 why = f"diverged within {end_of_period}"
+                try:
+                    control = ask(k, states[k])
+                except NotControlled as reason:
+                    why = str(reason)
+                    break
                 with suppress(Diverged):
                     self.stepper.advance(np.tile(control, (self.parts, 1)), self.parts)
                     numbers = state_row(self.stepper.state())

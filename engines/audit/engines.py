@@ -36,7 +36,7 @@ from plumbob.engines.audit.term_differences import (
     total_force,
 )
 from plumbob.engines.method import Engine, Unsupported
-from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.own_motion import NotControlled, OwnModel, Script
 from plumbob.engines.peer_model import MechanismDiffers, PeerModel, RefusedFile
 from plumbob.engines.registry import engines, find_engine, installed
 from plumbob.engines.study.provenance import version_of
@@ -303,7 +303,12 @@ def _run(
     force = 0.0 * state[motion.model.layout.velocity]
     calls = parts if right else 1
     peer.begin(state)
-    for k, control in enumerate(script.controls):
+    ask = script.new_run()
+    for k in range(len(script.controls)):
+        try:
+            control = ask(k, np.append(state, motion.states[k, state.size :]))
+        except NotControlled as reason:
+            return states, str(reason)
         for _ in range(calls):
             if right:
                 # Activations that the engine does not have

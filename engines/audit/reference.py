@@ -28,6 +28,7 @@ from plumbob.engines.own_motion import (
     OUT_OF_TIME,
     Integration,
     NotCertifiable,
+    NotControlled,
     OwnModel,
     Script,
 )
@@ -45,6 +46,9 @@ CHATTER, WITHIN = 20, 0.05  # more events than this within so many seconds are c
 STEPS_IN_TOUCH = 4.0
 FIRST = 0.4  # fraction of the time for the first method
 RESOLVED = 5.0  # least multiple of the uncertainty at which an error is quoted
+# Difference of two answers of a policy, relative to the largest, that is a jump if the states
+# differ by less than SAME_STATE. Together they are a gain of 1000, relative to motion and controls.
+ANSWER_JUMP, SAME_STATE = 1e-3, 1e-6
 MEASURE = "corner displacement"  # name of the measure of errors in JSON
 NOTHING = 1e-9  # [m] displacement that rounding and solver tolerances cause in the steps
 
@@ -236,20 +240,23 @@ def integration(
     integrator = _Integrator(method, watch, tolerance, touches)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
+    controls = np.full_like(script.controls, np.nan, dtype=float)
     done, why = 0, ""
+    ask = script.new_run()
     try:
-        for k, control in enumerate(script.controls):
+        for k in range(len(controls)):
             start = k * script.period
             end = (k + 1) * script.period
-            field.hold(control, start, y)
+            controls[k] = ask(k, y)
+            field.hold(controls[k], start, y)
             y = field.normalised(integrator.through(start, y, end, script.period))
             if not np.isfinite(y).all():
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")
             states[k + 1] = y
             done = k + 1
-    except NotCertifiable as reason:
+    except (NotCertifiable, NotControlled) as reason:
         why = str(reason)
-    return Integration(states, done * script.period, tuple(watch.events), why)
+    return Integration(states, done * script.period, tuple(watch.events), why, controls)
 
 
 class _Integrator:
@@ -299,7 +306,33 @@ def _certificate_of_two(model: OwnModel, best: Integration, other: Integration) 
     uncertainty = largest_distances(corners, model.corners(other.states))
     rounding = np.finfo(float).eps * running_maximum(np.abs(corners).max(axis=2))
     uncertainty[1:] = np.maximum(uncertainty, rounding)[1:]
-    return Certificate(best, other, uncertainty, corners, why=best.why or other.why)
+    why = best.why or other.why
+    jump = first_jump(best, other)
+    if jump is not None:
+        uncertainty[jump + 1 :] = math.inf
+        apart = float(np.abs(best.states[jump] - other.states[jump]).max())
+        answers = float(np.abs(best.controls[jump] - other.controls[jump]).max())
+        why = (
+            f"the policy is discontinuous: in control period {jump + 1} its answers to two states "
+            f"{apart:.1g} apart differ by {answers:.2g}"
+        )
+    return Certificate(best, other, uncertainty, corners, why=why)
+
+
+def first_jump(best: Integration, other: Integration) -> int | None:
+    """Returns the first period in which two computations of a motion have controls that differ by
+    more than ANSWER_JUMP of the largest control, although their states differ by less than
+    SAME_STATE of the largest number of a state; None if there is none. Only a policy that is
+    discontinuous there, or has a gain of thousands, answers so."""
+    count = min(len(best.controls), len(other.controls))
+    if not count or not best.controls.shape[1]:
+        return None
+    with np.errstate(invalid="ignore"):
+        answers = np.abs(best.controls[:count] - other.controls[:count]).max(axis=1)
+        states = np.abs(best.states[:count] - other.states[:count]).max(axis=1)
+        largest = [np.nanmax(np.abs(x), initial=0.0) for x in (best.controls, best.states)]
+        jumps = (answers > ANSWER_JUMP * largest[0]) & (states < SAME_STATE * largest[1])
+    return int(np.argmax(jumps)) if jumps.any() else None
 
 
 def largest_distances(here: Array, there: Array) -> Array:

@@ -33,6 +33,7 @@ KINDS = MappingProxyType(
         "GradientSearch": "study.gradient.GradientSearch",
         "Gradients": "study.gradient.Gradients",
         "Identification": "study.identification.Identification",
+        "LoopSearch": "study.loop_limits.LoopSearch",
         "LongRunSearch": "study.long_runs.LongRunSearch",
         "MeasuredLongRun": "study.long_runs.MeasuredLongRun",
         "Measurement": "study.measurement.Measurement",

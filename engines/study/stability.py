@@ -23,6 +23,7 @@ from plumbob.analytic.stability import (
     TRIAL_STEP_RATIO,
     TRIAL_STRIDE,
     FailureKind,
+    LoopQuantity,
     StabilityTheory,
     StepLimit,
     exponent,
@@ -62,14 +63,16 @@ class SmallestLimit:
 
 @dataclass(frozen=True)
 class MeasuredLimit:
-    """The limit of a kind, measured and predicted."""
+    """The limit of a kind, measured and predicted: of the step [s], or of a loop the limit of the
+    hold [s], the delay [s] or the factor of the gains [1]."""
 
-    kind: FailureKind
+    kind: FailureKind | LoopQuantity
     predicted: float | None  # [s]; infinite if no step is too large, None without theory
     holds: float | None  # [s] largest step that holds; None if none that was tried does
     fails: float | None  # [s] next step of the grid; None if all that were tried hold
     why: str  # what fails at the next step, or why nothing does
     reason: str = ""  # reason of the prediction
+    continuous: float | None = None  # limit of a loop whose joint moves continuously
 
     @property
     def measured(self) -> bool:
@@ -114,6 +117,8 @@ def scene_limits(scene: Scene, method: Method, by_runs: bool = True) -> SceneLim
     if method.control == "tolerance":
         return SceneLimits((), why="it chooses its steps itself, and pays with their number")
     case = case_of(scene)
+    if case.system.loop(case.problem):
+        return SceneLimits((), why="its loop has limits of hold, delay and gain instead")
     if by_runs and not case.system.start:
         return SceneLimits((), why="no parameter of the scene is its start, to be nudged")
     theory = stability_of(case)

@@ -6,7 +6,6 @@ import argparse
 import json
 import math
 import os
-import pkgutil
 import shutil
 import sys
 import time
@@ -14,7 +13,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.audit.audit import Audit
@@ -22,11 +21,12 @@ from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
+from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan
 from plumbob.engines.audit.trims import effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
-from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
+from plumbob.engines.closed_loop import load_function, load_policy
+from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.models.border import must_be, regular_file
-from plumbob.models.entry_points import on_stderr
 from plumbob.models.extras import install_command
 from plumbob.reports.advice.fixed_file import (
     NothingToFix,
@@ -55,6 +55,7 @@ from plumbob.reports.view.tables import terminal_lines
 
 MISSING = 3
 WRITE_FIXED = "write fixed"
+NO_EPISODES = "given with --episodes"
 LARGEST_AUDITS = 100_000_000  # [bytes] largest file that --against reads
 MISSED = 1  # exit code: a required accuracy, stability or reference is missed
 UNTRIMMABLE = (".urdf", ".mjb")  # formats of models that --write-trimmed does not take
@@ -67,6 +68,11 @@ MOTION_OPTIONS = (
     "qvel",
     "ctrl",
     "policy",
+    "in_the_loop",
+    "episodes",
+    "metric",
+    "spread",
+    "return_within",
     "ctrl_period",
     "duration",
     "budget",
@@ -246,10 +252,19 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
     """Fills in defaults of arguments. Raises ParameterError if two arguments do not go together."""
     if chosen.policy is not None and chosen.ctrl != "rest":
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
+    if chosen.in_the_loop and chosen.policy is None:
+        raise ParameterError("in the loop", True, "given with --policy")
+    for name in ("metric", "spread", "return_within"):
+        if getattr(chosen, name) is not None and chosen.episodes is None:
+            raise ParameterError(name.replace("_", " "), getattr(chosen, name), NO_EPISODES)
+    if chosen.episodes is not None and chosen.metric is None:
+        raise ParameterError("episodes", chosen.episodes, "given with --metric")
     if chosen.fail_above is not None and chosen.against is None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
-        values.refuse_options(chosen, FILE_OPTIONS, "left out with --gym")
+        values.refuse_options(
+            chosen, (*FILE_OPTIONS, "in_the_loop", "episodes"), "left out with --gym"
+        )
         chosen.seed = values.count("seed", chosen.seed or "0", 0)
     elif chosen.seed is not None:
         raise ParameterError("seed", chosen.seed, "given with --gym")
@@ -422,6 +437,8 @@ def _run_audit(
         jobs=jobs,
         gradient=chosen.gradient,
         policy=None if chosen.policy is None else load_policy(chosen.policy),
+        in_the_loop=chosen.in_the_loop,
+        episodes=None if chosen.episodes is None else episode_plan(chosen),
         engines=engine_names(chosen.engines),
         **callbacks,
     )
@@ -444,6 +461,8 @@ def _missed_requirements(
         requirements.append(result.assert_referenced)
     if chosen.absolute is not None:
         requirements.append(partial(result.assert_within, chosen.absolute))
+    if isinstance(result, Audit) and chosen.return_within is not None:
+        requirements.append(partial(result.assert_return_within, chosen.return_within))
     for requirement in requirements:
         try:
             requirement()
@@ -520,18 +539,9 @@ def write_trimmed_file(
     return replace(audit, written=(target.name, read_back))
 
 
-def load_policy(name: str) -> Policy:
-    """Returns the function MODULE:FUNCTION; the module may lie in the current folder. Raises
-    ParameterError."""
-    sys.path.insert(0, os.getcwd())
-    try:
-        # What the user's module prints does not belong to the answer on stdout.
-        with must_be("MODULE:FUNCTION", "policy", name), on_stderr():
-            policy = pkgutil.resolve_name(name)
-    finally:
-        sys.path.remove(os.getcwd())
-    if not callable(policy):
-        raise ParameterError(
-            "policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel"
-        )
-    return cast(Policy, policy)
+def episode_plan(chosen: argparse.Namespace) -> EpisodePlan:
+    """Returns the episodes that the user asks for, with the metric MODULE:FUNCTION; the module may
+    lie in the current folder. Raises ParameterError."""
+    wanted = "MODULE:FUNCTION, a function of times, qpos, qvel and controls"
+    metric = load_function("metric", chosen.metric, os.getcwd(), wanted)
+    return EpisodePlan(chosen.episodes, metric, chosen.spread or START_SPREAD)

@@ -12,6 +12,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
+from plumbob.engines.study.loop_limits import LoopSearch, has_loop
 from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared.model_file import (
@@ -120,12 +121,16 @@ def _measured_study(
     method. Raises ParameterError."""
     from plumbob.engines.study.runner import pairs
 
-    if chosen.step is not None and not chosen.long:
-        raise ParameterError("step", chosen.step, "left out without --long")
+    looped = {scene.name for scene in scenes if has_loop(scene)}
+    if chosen.step is not None and not (chosen.long or len(looped) == len(scenes)):
+        wanted = "left out without --long and without a digital controller"
+        raise ParameterError("step", chosen.step, wanted)
     searches: list[RunRequest[Any]] = []
     for scene, method in pairs(scenes, methods):
         if chosen.long:
             searches.append(LongRunSearch(scene.name, method.name, chosen.step))
+        elif scene.name in looped:
+            searches.append(LoopSearch(scene.name, method.name, chosen.step))
         else:
             searches.append(StabilitySearch(scene.name, method.name))
     if not searches:

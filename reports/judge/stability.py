@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from plumbob.engines.registry import limits_of
+from plumbob.engines.study.loop_limits import LoopSearch
+from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import MeasuredLimit, SceneLimits, StabilitySearch
 
@@ -15,6 +17,8 @@ from plumbob.engines.study.stability import MeasuredLimit, SceneLimits, Stabilit
 # an equilibrium eigenvalues set the limit. Elsewhere the limit is the step at which chaos begins,
 # and depends on the start too.
 AT_EQUILIBRIUM, AWAY_FROM_EQUILIBRIUM = 0.02, 0.1
+# The same for a loop: the map of the scheme's steps is the engine's but for rounding.
+IN_LOOP = 0.01
 # largest relative difference between a measured ratio and the ratio that a known limit states
 KNOWN_RATIO = 0.02
 LimitVerdict = Literal["predicted", "off-prediction", "measured"]
@@ -31,10 +35,11 @@ class JudgedLimit:
     why: str  # the reason why there is no limit, or the failure beyond the limit
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
+    step: float | None = None  # [s] of the limits of a loop; None: the limit is one of the step
     about = "largest step"
 
     def record(self) -> dict[str, Any]:
-        """The record that `plumbob stability --json` prints, in seconds."""
+        """The record that `plumbob stability --json` prints, in seconds; a gain is a factor."""
         found = self.limit
         return {
             "scene": self.scene,
@@ -48,10 +53,14 @@ class JudgedLimit:
             "verdict": self.verdict,
             "expected": not self.surprise,
             "known_limit": self.known,
+            "continuous": found and found.continuous,
+            "step": self.step,
         }
 
 
-def judged_limits(search: StabilitySearch, measured: SceneLimits) -> Iterator[JudgedLimit]:
+def judged_limits(
+    search: StabilitySearch | LoopSearch, measured: SceneLimits
+) -> Iterator[JudgedLimit]:
     """Yields the judged limits of a scene with a method. If there is no limit, it yields one record
     without a limit, with the reason."""
     if not measured.limits:
@@ -61,14 +70,16 @@ def judged_limits(search: StabilitySearch, measured: SceneLimits) -> Iterator[Ju
 
 
 def _judged_limit(
-    search: StabilitySearch, measured: SceneLimits, limit: MeasuredLimit
+    search: StabilitySearch | LoopSearch, measured: SceneLimits, limit: MeasuredLimit
 ) -> JudgedLimit:
     """Returns one of the measured limits with its verdict, compared with the known limits of the
     method."""
     ratio = None
     if not _belongs_to_changed_motion(limit, measured):
         ratio = limit_ratio(limit)
+    in_loop = isinstance(search, LoopSearch)
     allowed = AT_EQUILIBRIUM if measured.equilibrium else AWAY_FROM_EQUILIBRIUM
+    allowed = IN_LOOP if in_loop else allowed
     verdict: LimitVerdict = "predicted"
     if ratio is None:
         verdict = "measured"
@@ -79,7 +90,7 @@ def _judged_limit(
     if known is not None:
         surprise = _known_ratio_mismatch(ratio, known.ratio)
     elif verdict == "off-prediction":
-        surprise = f"{ratio:.3g} of the predicted step"
+        surprise = f"{ratio:.3g} of the predicted {limit.kind if in_loop else 'step'}"
     return JudgedLimit(
         scene=search.scene,
         method=search.method,
@@ -88,6 +99,7 @@ def _judged_limit(
         why=limit.why,
         surprise=surprise,
         known="" if known is None else known.reason,
+        step=(search.step or REFERENCE_STEP) if isinstance(search, LoopSearch) else None,
     )
 
 
@@ -133,5 +145,7 @@ def study_limits(study: Study) -> Iterator[JudgedLimit]:
     process was lost, gives one record with that reason."""
     lost = SceneLimits((), why="its engine is missing, or its process was lost")
     for request in study.extras:
-        if isinstance(request, StabilitySearch) and request.by_runs:
+        if isinstance(request, StabilitySearch) and not request.by_runs:
+            continue
+        if isinstance(request, StabilitySearch | LoopSearch):
             yield from judged_limits(request, study.answer(request) or lost)

@@ -30,6 +30,27 @@ def flow_of(servo, side):
     return flow
 
 
+def held(servo, time):
+    """Angle and its rate at a time [s] under a digital controller, with 40 digits: from each moment
+    at which a sample is taken or a force begins to act to the next."""
+    flow, hold = flow_of(servo, 0), mp.mpf(servo.hold)
+    flow[1, :] = mp.matrix([[0, -mp.mpf(servo.damping), 1]])
+    flow[1, :] /= mp.mpf(servo.inertia) + mp.mpf(servo.armature)
+    taken = [k * hold for k in range(int(time / servo.hold) + 1)]
+    acting = [(at + mp.mpf(servo.delay), k) for k, at in enumerate(taken)]
+    state, now, forces = mp.matrix([servo.theta, servo.theta_dot, 0]), mp.mpf(0), {}
+    for at in sorted({at for at, _ in acting} | set(taken) | {mp.mpf(time)}):
+        if at > time:
+            break
+        state, now = mp.expm(flow * (at - now)) * state, at
+        if at in taken:
+            forces[taken.index(at)] = servo.gear * asked(servo, state)
+        for begins, k in acting:
+            if begins == at:
+                state[2] = forces[k]
+    return list(state)[:2]
+
+
 def asked(servo, state):
     """The force before the gear without its limit [N m]."""
     return -servo.gear * (servo.kp * state[0] + servo.kv * state[1])
@@ -38,6 +59,8 @@ def asked(servo, state):
 def exact(servo, time):
     """Angle and its rate at a time [s], with 40 digits: the motion is sampled in doubles for a
     moment at which the motor comes to its limit or leaves it, which is then found as a root."""
+    if getattr(servo, "hold", 0.0):
+        return held(servo, time)
     state = mp.matrix([servo.theta, servo.theta_dot, 1])
     limit = mp.mpf(servo.force_limit)
     force = asked(servo, state)

@@ -92,6 +92,20 @@ NOT_RUN = {
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",
     "plumbob audit my.xml --against old.json --fail-above 5%": "the same with a file before",
     "plumbob audit --gym HalfCheetah-v5 --seed 3 --policy my_policies:act": "another package",
+    **dict.fromkeys(
+        (
+            "plumbob audit my.xml --policy my_policies:act --in-the-loop",
+            "plumbob audit my.xml --policy my_policies:act --in-the-loop --ctrl-period 0.02",
+            "plumbob audit my.xml --policy my_policies:act --in-the-loop --episodes 24 "
+            "--metric my_policies:score",
+            "plumbob audit my.xml --policy my_policies:act --in-the-loop --episodes 24 "
+            "--metric my_policies:score --return-within 2%",
+        ),
+        "a policy of one's own: tests/audit/test_audit_in_the_loop.py and test_episodes.py",
+    ),
+    "plumbob stability servo/held-half mujoco/euler --step 0.05": (
+        "seconds: tests/closed_forms/test_held_loop.py does it"
+    ),
     "plumbob audit go2/scene_flat.xml --contacts --keyframe home --friction 0.3": (
         "a file of another package"
     ),

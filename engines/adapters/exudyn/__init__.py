@@ -22,7 +22,12 @@ RESOLVED = ("linear-pendulum/free-large", "linear-pendulum/forced-large")
 AWAY_FROM_SADDLES = ("!cone-pendulum/*-barrier-*",)
 # A projectile has a constant acceleration, which the solver integrates exactly: its error is
 # rounding, which has no order.
-WITH_AN_ERROR = "!projectile"
+WITH_AN_ERROR = (
+    "!projectile",
+    # The same for a joint without damping under a held torque. The one scene with damping is left
+    # to RK44, whose errors are predicted.
+    "!servo/held-*",
+)
 # Near a singular configuration of a loop, Newton's method does not reach a tolerance of 1e-13.
 SINGULAR = ("!four-bar/near-change-point", "!slider-crank/nearly-singular")
 TURNS = ("free-body/flip", "free-body/symmetric")
@@ -41,7 +46,7 @@ METHODS = (
         ALPHA,
         2,
         settings={"solver": "GeneralizedAlpha"},
-        systems=(*AWAY_FROM_SADDLES, WITH_AN_ERROR, *TURNS, *CAPSULES),
+        systems=(*AWAY_FROM_SADDLES, *WITH_AN_ERROR, *TURNS, *CAPSULES),
         kinds=(ONE_SMOOTH, SMOOTH, ON_PLANE),
     ),
     Method(
@@ -49,7 +54,7 @@ METHODS = (
         ALPHA,
         2,
         settings={"solver": "GeneralizedAlpha", "relativeTolerance": 1e-13},
-        systems=(*AWAY_FROM_SADDLES, WITH_AN_ERROR, "!rolling-disc", *SINGULAR, TURNS[0]),
+        systems=(*AWAY_FROM_SADDLES, *WITH_AN_ERROR, "!rolling-disc", *SINGULAR, TURNS[0]),
         kinds=(ONE_SMOOTH, SMOOTH),
     ),
     Method(

@@ -3,7 +3,7 @@ and their prescribed motions, constraints that close loops, and contacts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -36,7 +36,6 @@ from plumbob.engines.mechanism import Loop, Mechanism, Shape, is_constant
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
-from plumbob.models.model_file import Controls
 
 TYPES = MappingProxyType(
     {"hinge": exudyn.JointType.RevoluteZ, "slide": exudyn.JointType.PrismaticZ}
@@ -62,13 +61,13 @@ class Built:
 def build(
     mechanism: Mechanism,
     step: float,
-    controls: Controls | None,
+    controls: Callable[[float], Sequence[float]] | None,
     *,
     explicit: bool,
 ) -> Built:
-    """The system of a mechanism for runs at a time step [s]. `controls` is a function of the time;
-    None stands for controls that stay zero. `explicit` tells whether the solver is explicit. Raises
-    Unsupported."""
+    """The system of a mechanism for runs at a time step [s]. `controls` returns the controls at
+    a time [s]; None stands for controls that stay zero. `explicit` tells whether the solver is
+    explicit. Raises Unsupported."""
     for feature in refused_features(mechanism, explicit):
         raise Unsupported(f"feature {feature}")
     container = exudyn.SystemContainer()
@@ -78,9 +77,7 @@ def build(
     carriers = {WORLD: system.AddObject(items.ObjectGround())}
     size = len(bodies.links.parents)
     if size:
-        # Stages are at the ends of a step and, in Kutta's method, in the middle of the step.
-        table = controls and Tabulated(controls, 0.5 * step)
-        forces = joint_forces(mechanism, bodies.places, size, table)
+        forces = joint_forces(mechanism, bodies.places, size, controls)
         node, tree = _add_tree(system, bodies, mechanism.gravity, forces)
         nodes.append(node)
         carriers |= dict.fromkeys(range(size), tree)

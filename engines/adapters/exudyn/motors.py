@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.joints import ONE_AXIS
 from plumbob.engines.joint_forces import (
     JointForce,
@@ -28,12 +27,16 @@ coordinates of the tree [N m] or [N]."""
 
 
 def joint_forces(
-    mechanism: Mechanism, places: Sequence[slice], size: int, controls: Tabulated | None
+    mechanism: Mechanism,
+    places: Sequence[slice],
+    size: int,
+    controls: Callable[[float], Sequence[float]] | None,
 ) -> dict[str, Any]:
     """The keyword arguments of Exudyn's kinematic tree that describe the forces on its joints.
 
     The tree has `size` coordinates, and `places` has the place of each joint's coordinates among
-    them. `controls` is a function of the time; None stands for controls that stay zero.
+    them. `controls` returns the controls at a time [s]; None stands for controls that stay
+    zero.
     """
     constant, stiffness, damping = np.zeros((3, size))
     motors = list[Motor]()

@@ -1,19 +1,24 @@
-"""Simulations of scenes in Exudyn. A run is one call of Exudyn's solver, which keeps every
-state."""
+"""Simulations of scenes in Exudyn. A run is one call of Exudyn's solver, which keeps every state.
+If controls are fed back, the solver is called anew for each of them."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from plumbob.engines import sampling
 from plumbob.engines.adapters.exudyn.stepper import ExudynStepper
 from plumbob.engines.adapters.stepped_mechanism import begun, compiled_scene
-from plumbob.engines.adapters.stepping import Followed, FollowedSimulation
+from plumbob.engines.adapters.stepping import Followed, FollowedSimulation, stepped
 from plumbob.engines.method import Method, Simulation
+from plumbob.models.model_file import Feedback
 from plumbob.models.scene import Case
+
+# Exudyn's exceptions if its solver fails
+BROKEN = (RuntimeError, ValueError)
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -21,6 +26,11 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     scene_duration = case.scene.duration
     sampling.step_count(scene_duration, step)
     scene = compiled_scene(case)
+    if isinstance(scene.controls, Feedback):
+        fed_back = cache(
+            lambda: ExudynStepper(scene.mechanism, method.settings, step, scene.controls)
+        )
+        return stepped(case, step, lambda: begun(case, scene, step, fed_back()), BROKEN)
     begin = time.perf_counter()
     stepper = ExudynStepper(scene.mechanism, method.settings, step, scene.controls)
     uncontrolled = replace(scene, controls=None)  # the stepper has the controls
@@ -33,7 +43,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         stepper.put(scene.start)
         try:
             stepper.run(steps)
-        except (RuntimeError, ValueError) as error:
+        except BROKEN as error:
             why = (" ".join(str(error).split())[:200],)
         steps_taken = stepper.steps_of_last_run()
         sampled_steps = sampling.sampled(steps, samples)

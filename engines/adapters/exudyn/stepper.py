@@ -3,7 +3,7 @@ the coordinates of every step."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import exudyn
@@ -15,12 +15,13 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.exudyn.bodies import AXES
 from plumbob.engines.adapters.exudyn.builder import build
 from plumbob.engines.adapters.exudyn.contacts import rounding_of_forces
+from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.joints import TURNING, joint_places
 from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.sampling import Indices
 from plumbob.engines.stepper import State
-from plumbob.models.model_file import Controls
+from plumbob.models.model_file import Controls, Feedback
 
 items = exudyn.itemInterface
 INITIAL = exudyn.ConfigurationType.Initial
@@ -31,20 +32,28 @@ EXPLICIT = "RK"  # prefix of the names of explicit solvers
 
 class ExudynStepper:
     """A mechanism in Exudyn, which the solver named in `settings` steps by `step` [s] from any
-    state. `controls` is a function of the time; None stands for controls that stay zero."""
+    state. `controls` is a function of the time, or a feedback whose answers `advance` is given;
+    None stands for controls that stay zero."""
 
     def __init__(
         self,
         mechanism: Mechanism,
         settings: Options,
         step: float,
-        controls: Controls | None = None,
+        controls: Controls | Feedback | None = None,
     ) -> None:
         self.step = step
         self.mechanism = mechanism
         self.settings = settings
         explicit = settings["solver"].startswith(EXPLICIT)
-        self.built = build(mechanism, step, controls, explicit=explicit)
+        self._held: list[float] = []  # the answer of a feedback that acts now
+        controls_at: Callable[[float], Sequence[float]] | None = None
+        if isinstance(controls, Feedback):
+            controls_at = self._held_answer
+        elif controls is not None:
+            # Stages are at the ends of a step and, in Kutta's method, in the middle of the step.
+            controls_at = Tabulated(controls, 0.5 * step)
+        self.built = build(mechanism, step, controls_at, explicit=explicit)
         self._sensors = [self._add_sensors(quantity) for quantity in QUANTITIES]
         self.built.system.Assemble()
         self._start_time = 0.0  # [s]
@@ -89,11 +98,18 @@ class ExudynStepper:
         return self._latest
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Takes `steps` steps; the solver starts anew from the present state. The argument
-        `controls` is ignored: the stepper has the controls as a function of the time."""
+        """Takes `steps` steps; the solver starts anew from the present state. Rows of `controls`
+        are the answer of a feedback, the same in all steps. Without rows, the stepper has the
+        controls as a function of the time."""
+        if controls is not None:
+            self._held = controls[0].tolist()
         self.run(steps)
         (state,) = self.states(np.array([steps]))
         self.put(state, self._start_time + steps * self.step)
+
+    def _held_answer(self, now: float) -> Sequence[float]:
+        """Returns the answer of a feedback that acts, whatever the time [s]."""
+        return self._held
 
     def run(self, steps: int) -> None:
         """Takes `steps` steps from the state that was put last; `states` returns the states.

@@ -14,6 +14,7 @@ from plumbob.engines.adapters.mujoco.options import collected, compiled
 from plumbob.engines.adapters.mujoco.solids import solids
 from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.translation import filled
+from plumbob.engines.controlled_steps import controlled_steps
 from plumbob.engines.drawn_mechanism import SceneDrawing, drawn_mechanism
 from plumbob.engines.mechanism import idealised
 from plumbob.engines.method import Unsupported
@@ -73,11 +74,10 @@ def _stepped(stepper: MujocoStepper, scene: SceneMechanism, times: Array) -> Arr
     ends = np.minimum(np.rint(times / stepper.step), MOST_DRAWN_STEPS).astype(int).tolist()
     coordinates = np.tile(scene.start.qpos, (len(times), 1))
     stepper.put(scene.start)
+    take_steps = controlled_steps(stepper, scene.controls, stepper.step)
     for number, (first, last) in enumerate(pairwise(ends), start=1):
-        steps = np.arange(first, last)
-        controls = None if scene.controls is None else scene.controls(stepper.step * steps)
         try:
-            stepper.advance(controls, last - first)
+            take_steps(first, last)
         except (Diverged, mujoco.FatalError):
             coordinates[number:] = coordinates[number - 1]
             break

@@ -16,6 +16,7 @@ from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.stepper import PHYSICS, MujocoStepper
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, translated
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
+from plumbob.engines.controlled_steps import controlled_steps
 from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.stepper import Diverged, State
 from plumbob.engines.trajectory import Trajectory
@@ -70,11 +71,9 @@ class MujocoSimulation(SteppedSimulation):
         stepper = self.stepper
         translation = self.translation
         stepper.put(State(translation.qpos, translation.qvel))
-
-        def advance(first: int, last: int) -> None:
-            steps = np.arange(first, last, dtype=np.float64)
-            stepper.advance(translation.held_controls(steps, self.step), last - first)
-
+        advance = controlled_steps(
+            stepper, translation.control, self.step, translation.control_at
+        )
         return Built(advance, stepper.physics, translation.limits, gather=self._observed)
 
     def _observed(self, states: Sequence[Array]) -> Observed:

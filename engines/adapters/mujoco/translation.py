@@ -19,10 +19,11 @@ from plumbob.analytic.schemes import SoftLoop
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import ContactProfile
 from plumbob.engines.adapters.stepping import Observed as Observed
+from plumbob.engines.controlled_steps import given_controls
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import builder
 from plumbob.engines.trajectory import ByName
-from plumbob.models.model_file import ModelFile
+from plumbob.models.model_file import Controls, Feedback, ModelFile
 from plumbob.models.scene import Case
 
 LARGEST = 1e10  # MuJoCo warns of larger numbers
@@ -48,8 +49,9 @@ class Translation:
     """qpos and qvel -> channels beside the observables of the system's model file."""
     limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds, beside the system's limits."""
-    control: Callable[[Array], Array] | None = None
-    """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step; None: the system's."""
+    control: Controls | Feedback | None = None
+    """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step; or a feedback. None: the
+    system's."""
     changing_control: Callable[[Array], Array] | None = None
     """The control as it changes within a step, if `control` is the mean over each step."""
     control_at: float = 0.0  # place in a step where the control is read: 0 start, 0.5 middle
@@ -66,10 +68,11 @@ class Translation:
 
     def held_controls(self, steps: Array, step: float) -> Array | None:
         """The controls held over the steps with these indices, at `step` [s], shape (n, nu); None
-        if nothing is controlled."""
-        if self.control is None:
+        if nothing is controlled. Raises Unsupported for controls that are fed back."""
+        control = given_controls(self.control)
+        if control is None:
             return None
-        return self.control((steps + self.control_at) * step)
+        return control((steps + self.control_at) * step)
 
     def observed(self, qpos: Array, qvel: Array) -> Observed:
         """The observables and channels of coordinates, shape (n, nq) and (n, nv)."""

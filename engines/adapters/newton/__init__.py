@@ -32,6 +32,7 @@ PENDULUMS = (
     *("simple-pendulum/free-large", "simple-pendulum/damped-*", "simple-pendulum/forced-large"),
     *("linear-pendulum/forced-large", "linear-pendulum/overdamped"),
     *("cone-pendulum/rotating-base", "servo/joint-damped", "servo/motor-damped"),
+    "servo/held-half",
 )
 TREES = ("projectile", "n-pendulum", "heavy-top", "free-body")
 TOUCHING = (

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
 # Systems with dry friction are left out: they have no smooth equation of motion.
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
+# An equation of motion has no controls that a digital controller could hold.
+CONTINUOUS = ("!servo/held-*",)
 IMPACTS = ("bouncing-ball",)  # systems whose impacts end a step of an adaptive solver
 
 
@@ -49,15 +51,15 @@ def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
         control="tolerance",
         settings={"method": solver},
         step_sizes=tolerances,
-        systems=IMPACTS,
+        systems=(*CONTINUOUS, *IMPACTS),
         kinds=KINDS,
     )
 
 
 METHODS = (
-    Method("ode/euler", Scheme(EULER), 1, kinds=KINDS),
-    Method("ode/leapfrog", Scheme(LEAPFROG), 2, kinds=KINDS),
-    Method("ode/rk4", Scheme(RK4), 4, kinds=KINDS),
+    Method("ode/euler", Scheme(EULER), 1, systems=CONTINUOUS, kinds=KINDS),
+    Method("ode/leapfrog", Scheme(LEAPFROG), 2, systems=CONTINUOUS, kinds=KINDS),
+    Method("ode/rk4", Scheme(RK4), 4, systems=CONTINUOUS, kinds=KINDS),
     _adaptive("DOP853", TOLERANCES),
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),

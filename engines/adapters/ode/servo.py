@@ -7,13 +7,15 @@ from typing import Any
 
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.ode import simple_pendulum
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Unsupported
 
 
 def build(problem: Any, method: Method) -> Equation:
     """Returns the equation J x'' = n F - c x' of the angle x, which is theta in the code. n is the
     gear ratio, c the damping, and F = -n (kp x + kv x') the force, clamped to its limit. `problem`
-    is a plumbob.analytic.systems.servo.Servo."""
+    is a plumbob.analytic.systems.servo.Servo. Raises Unsupported for a digital controller."""
+    if problem.loop is not None:
+        raise Unsupported("its controls are fed back, and the equation has none")
     linear = simple_pendulum.build(problem, method)
     if not problem.saturates:
         return linear

@@ -14,6 +14,7 @@ from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.integrators import fixed_steps
 from plumbob.engines.adapters.joints import ONE_AXIS
 from plumbob.engines.adapters.pinocchio.builder import Dynamics
+from plumbob.engines.controlled_steps import given_controls
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.stepper import EndDerivatives, SceneMechanism
 
@@ -58,7 +59,9 @@ class Variation:
         limits += [actuator.control_range for actuator in mechanism.actuators]
         if any(limits):
             raise Unsupported("a motor's limit is not differentiated")
-        self.sides = [(Dynamics(scene.mechanism), scene.controls) for scene in scenes]
+        self.sides = [
+            (Dynamics(scene.mechanism), given_controls(scene.controls)) for scene in scenes
+        ]
         self.difference = difference
         self.stiffness = np.array([joint.stiffness for joint in mechanism.joints])
         self.damping = np.concatenate([joint.damping for joint in mechanism.joints])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, ContactRun
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
+from plumbob.engines.audit.episodes import EpisodeReturns, MeanInterval
 from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
@@ -46,6 +48,7 @@ def _motion(audit: Audit) -> Plain:
         "certified_until": audit.until,
         **_attributes(audit, "uncertainty", "error"),
         "error_measure": MEASURE,
+        **_loop(audit),
         **_state_errors(audit.state_errors),
         "resolved_until": float(audit.script.times[audit.resolved_index]),
         "resolved": audit.resolved if compared else False,
@@ -71,6 +74,7 @@ def _motion(audit: Audit) -> Plain:
         **gradient_record(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
+        **_returns(audit.returns),
         "seconds": audit.seconds,
     }
 
@@ -87,6 +91,42 @@ def fixed_record(fixed: FixedFile) -> Plain:
         **_attributes(fixed, "until", "before", "promised", "error", "uncertainty", "kept"),
         "why": fixed.audit.reference.why,
         **spread(fixed.choice.cost),
+    }
+
+
+def _loop(audit: Audit) -> Plain:
+    """Returns the error [m] with replayed controls and the factor of feedback of an audit in the
+    loop; nothing for other audits."""
+    if audit.script.loop is None:
+        return {}
+    replayed = None if math.isnan(audit.replayed_error) else audit.replayed_error
+    return {"replayed_error": replayed, "feedback_factor": audit.feedback_factor}
+
+
+def _returns(returns: EpisodeReturns | None) -> Plain:
+    """Returns the mean returns of episodes at each step, and their limit; nothing without
+    episodes."""
+    if returns is None:
+        return {}
+    rows = [
+        {
+            **_attributes(row, "engine", "integrator", "step"),
+            "mean": row.mean.mean,
+            **_interval(row.difference),
+            **_attributes(row, "episodes", "lost"),
+        }
+        for row in returns.rows
+    ]
+    limit = _interval(returns.limit) if returns.limit else None
+    return {"returns": rows, "return_limit": limit, "return_limit_why": returns.no_limit}
+
+
+def _interval(interval: MeanInterval | None) -> Plain:
+    """Returns the difference of a mean return with its intervals; None for each without one."""
+    names = ("low", "high", "bootstrap_low", "bootstrap_high")
+    return {
+        "difference": interval and interval.mean,
+        **{name: interval and getattr(interval, name) for name in names},
     }
 
 

@@ -62,11 +62,12 @@ from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import (
     AS_IT_STANDS,
+    AskedPolicy,
     Change,
     HeldContacts,
     NotCertifiable,
+    NotControlled,
     Place,
-    Policy,
     Script,
     Start,
     Stepped,
@@ -276,18 +277,23 @@ class MujocoModel:
         put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
         states[0] = script.start
+        controls = np.full_like(script.controls, np.nan, dtype=float)
         why = ""
         capped = 0
         begin = time.thread_time()
-        for k, control in enumerate(script.controls):
-            data.ctrl[:] = control
+        ask = script.new_run()
+        for k in range(len(script.controls)):
             try:
+                data.ctrl[:] = controls[k] = ask(k, states[k])
                 for _ in range(parts if single else 1):
                     mujoco.mj_step(model, data, 1 if single else parts)
                     if single:
                         put(data, state_of(data).astype("f4"))
             except mujoco.FatalError as error:
                 why = f"ended by MuJoCo within {(k + 1) * script.period:g} s ({error})"
+                break
+            except NotControlled as reason:
+                why = str(reason)
                 break
             capped += bool(data.nefc) and data.solver_niter.max() >= model.opt.iterations
             if diverged(data):
@@ -304,6 +310,7 @@ class MujocoModel:
             time.thread_time() - begin,
             why,
             remarks if capped else (),
+            controls,
         )
 
     def timed(
@@ -314,11 +321,11 @@ class MujocoModel:
         model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
         return TimedPeriods(model, self._new_data(model), states, script.controls, steps)
 
-    def recorded(self, policy: Policy, period: float, duration: float) -> Array:
-        """Returns the controls that a policy gives while it runs at the model's own step for a
-        duration [s], shape (periods, actuators). The policy is called at the beginning of each
-        period [s]. Raises ParameterError."""
-        return recorded(self.effective, copy.copy(self.start), policy, period, duration)
+    def recorded(self, loop: AskedPolicy, period: float, duration: float) -> Array:
+        """Returns the controls that a policy gives to a run at the model's own step over a duration
+        [s], shape (periods, actuators). The policy is asked at the begin of each period [s]. Raises
+        ParameterError and NotControlled."""
+        return recorded(self.effective, copy.copy(self.start), loop, period, duration)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
         """Returns features to remove, each to be tried, chosen from the model's own steps under

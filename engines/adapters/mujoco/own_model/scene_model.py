@@ -11,6 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.controlled_steps import given_controls
 from plumbob.engines.method import Method
 from plumbob.engines.own_motion import Start
 from plumbob.models.scene import Case
@@ -28,7 +29,7 @@ def scene_model(
     # The continuous motion needs no integrator, but one that is refused would be an error
     mjmodel.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     start = Start(qpos=translation.qpos.tolist(), qvel=translation.qvel.tolist())
-    control = translation.changing_control or translation.control
+    control = translation.changing_control or given_controls(translation.control)
     model = own_model(mjmodel, case.scene.name, start)
     if control is not None:
         model = replace(model, drive=lambda time: control(np.array([time]))[0])

@@ -1,0 +1,217 @@
+"""A joint under a controller that samples the state: its torque is held, and comes late.
+
+At the times k T, k = 0, 1, ..., the controller reads the angle x and its rate x'. Its torque
+
+    u_k = -(K x(k T) + D x'(k T))                                                              (1)
+
+acts from k T + tau to (k + 1) T + tau; no torque acts before tau. With the moment of inertia J and
+the damping c of the joint,
+
+    J x'' = u - c x'.                                                                          (2)
+
+Between two changes of u the motion is the exponential of a matrix (Astrom and Wittenmark 1997,
+Computer-Controlled Systems, chapter 2). The state at the next sample is a linear function of the
+state at this one and of the torques that still have to act: the loop is stable if all eigenvalues
+of that map lie within the unit circle. A scheme that steps eq. 2 has such a map too, with its own
+steps in place of the exponentials.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.bisection import bisected
+from plumbob.analytic.numerics.arithmetic import rounded_inputs
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array, LinearResponse, Signals
+from plumbob.analytic.sampled_control import SamplingTimes
+from plumbob.analytic.stability import LoopQuantity
+
+NAMES = "theta", "theta_dot"
+# Roundings of each parameter in the uncertainty: the factor of a servo whose motor is not held
+LOOP_ROUNDINGS = 12.0
+MOST_PERIODS = 1_000_000  # most samples of a motion, which take some seconds
+# Most periods of a delay: the matrix of the loop has a row for each
+MOST_DELAY = 200
+Flow = tuple[Array, Array]
+"""Motion over a time under a constant torque: the matrix of the state, shape (2, 2), and the effect
+of a unit of the torque, shape (2,)."""
+# Factors of a hold or of gains at which stability is tried: every SCAN_RATIO up to SCAN_END
+SCAN_RATIO, SCAN_END = 1.02, 1000.0
+SCAN_PARTS = 100  # delays that are tried in a period
+LIMIT_WIDTH = 1e-12  # relative width of the last bracket of a limit
+
+
+@dataclass(frozen=True)
+class HeldLoop(LinearResponse):
+    """Eq. 1 and 2: the moment of `inertia` J [kg m^2], the `damping` c [N m s/rad], the `stiffness`
+    K [N m/rad] and the `rate_gain` D [N m s/rad] of the controller, which samples every `hold` [s]
+    and acts `delay` [s] later; `theta` [rad] and its rate at time 0. Raises ParameterError.
+
+    >>> loop = HeldLoop(1.0, 0.0, 1.0, 1.0, 0.5, 0.0, 1.0, 0.0)
+    >>> round(loop.limit("hold"), 9)
+    2.0
+    """
+
+    inertia: float
+    damping: float
+    stiffness: float
+    rate_gain: float
+    hold: float
+    delay: float
+    theta: float
+    theta_dot: float
+
+    def __post_init__(self) -> None:
+        if self.delay > MOST_DELAY * self.hold:
+            raise ParameterError("delay", self.delay, f"at most {MOST_DELAY} times the hold")
+
+    @property
+    def times(self) -> SamplingTimes:
+        """The times of samples, and of the answers to them."""
+        return SamplingTimes(self.hold, self.delay)
+
+    @property
+    def gains(self) -> Array:
+        """K and D."""
+        return np.array([self.stiffness, self.rate_gain])
+
+    @cached_property
+    def waiting(self) -> tuple[int, float]:
+        """The whole periods of the delay, and its rest [s], which is at most a period."""
+        whole = math.floor(self.delay / self.hold)
+        return whole, min(max(self.delay - whole * self.hold, 0.0), self.hold)
+
+    def flows(self, times: Array) -> tuple[Array, Array]:
+        """Returns the exact flow of eq. 2 over each of `times` [s], shape (n,): matrices, shape (n,
+        2, 2), and effects of a unit of torque, shape (n, 2)."""
+        from scipy.linalg import expm
+
+        slowing = -self.damping / self.inertia
+        rates = np.array([[0.0, 1.0, 0.0], [0.0, slowing, 1.0 / self.inertia], [0.0] * 3])
+        exponentials = expm(rates * np.asarray(times)[:, None, None])
+        return exponentials[:, :2, :2], exponentials[:, :2, 2]
+
+    def flow(self, time: float) -> Flow:
+        """Returns the exact flow of eq. 2 over a time [s]."""
+        matrices, effects = self.flows(np.array([time]))
+        return matrices[0], effects[0]
+
+    def observe(self, times: Array) -> Signals:
+        """Exact x [rad] and x' [rad/s] at `times` [s], shape (n,). Raises ParameterError for more
+        than MOST_PERIODS periods."""
+        times = np.asarray(times, dtype=float)
+        numbers = np.floor(times / self.hold).astype(np.int64)
+        last = int(numbers.max(initial=0))
+        if last > MOST_PERIODS:
+            least = float(times.max()) / MOST_PERIODS
+            raise ParameterError("hold", self.hold, f"at least {least:g} s for this duration")
+        _, rest = self.waiting
+        states, torques = self._samples(last)
+        since = times - numbers * self.hold
+        moved = states[numbers]
+        parts = (
+            (np.clip(since, 0.0, rest), torques[numbers]),
+            (
+                np.maximum(since - rest, 0.0),
+                torques[numbers + 1],
+            ),
+        )
+        for durations, torque in parts:
+            matrices, effects = self.flows(durations)
+            moved = np.einsum("nij,nj->ni", matrices, moved) + effects * torque[:, None]
+        return dict(zip(NAMES, moved.T.copy(), strict=True))
+
+    def _samples(self, last: int) -> tuple[Array, Array]:
+        """Returns the states at the samples up to the number `last`, shape (last + 1, 2), and their
+        torques after the zeros that act before the first, shape (last + 2 + whole periods of the
+        delay,)."""
+        whole, rest = self.waiting
+        early, late = self.flow(rest), self.flow(self.hold - rest)
+        states = np.zeros((last + 1, 2))
+        torques = np.zeros(last + 2 + whole)
+        state = np.array([self.theta, self.theta_dot])
+        for k in range(last + 1):
+            states[k] = state
+            torques[k + whole + 1] = -self.gains @ state
+            state = early[0] @ state + early[1] * torques[k]
+            state = late[0] @ state + late[1] * torques[k + 1]
+        return states, torques
+
+    def uncertainty(self, times: Array) -> Signals:
+        """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""
+        return rounded_inputs(self, lambda loop: loop.observe(times), LOOP_ROUNDINGS)
+
+    def changed(self, quantity: LoopQuantity, value: float) -> HeldLoop:
+        """Returns the loop with another hold [s], another delay [s], or both gains times a factor.
+        With another hold the delay stays as many periods."""
+        if quantity == "hold":
+            return replace(self, hold=value, delay=self.delay / self.hold * value)
+        if quantity == "delay":
+            return replace(self, delay=value)
+        return replace(self, stiffness=value * self.stiffness, rate_gain=value * self.rate_gain)
+
+    def multiplier(self) -> float:
+        """Returns the largest magnitude of the eigenvalues of the exact map over a hold."""
+        whole, rest = self.waiting
+        return loop_multiplier(self.flow(rest), self.flow(self.hold - rest), self.gains, whole)
+
+    def limit(self, quantity: LoopQuantity) -> float:
+        """Returns the hold [s], the delay [s] or the factor of both gains up to which the loop is
+        stable: the end of its first stable interval. It is 0 if no value that is tried is stable,
+        and infinite if that interval has no end among them."""
+
+        def stable(value: float) -> bool:
+            """Whether the loop is stable with another value of the quantity."""
+            return self.changed(quantity, value).multiplier() < 1.0
+
+        return first_unstable(stable, self.scan(quantity))
+
+    def scan(self, quantity: LoopQuantity) -> Array:
+        """Returns increasing values of a quantity at which stability is tried, shape (n,)."""
+        if quantity == "delay":
+            return np.linspace(0.0, MOST_DELAY, MOST_DELAY * SCAN_PARTS + 1) * self.hold
+        count = round(math.log(SCAN_END) / math.log(SCAN_RATIO))
+        own = self.hold if quantity == "hold" else 1.0
+        return np.asarray(own * SCAN_RATIO ** np.arange(-count, count + 1.0))
+
+
+def loop_multiplier(early: Flow, late: Flow, gains: Array, whole: int) -> float:
+    """Returns the largest magnitude of the eigenvalues of the map over a hold. Over the `early`
+    flow the torque of `whole` + 1 samples ago acts, over the `late` flow the torque of `whole`
+    samples ago. The `gains` are K and D."""
+    size = 3 + whole
+    # The torques of the last samples follow the state, the newest first.
+    matrix = np.zeros((size, size))
+    matrix[:2, :2] = late[0] @ early[0]
+    matrix[:2, size - 1] = late[0] @ early[1]
+    if whole:
+        matrix[:2, 1 + whole] += late[1]
+    else:
+        matrix[:2, :2] -= np.outer(late[1], gains)
+    matrix[2, :2] = -gains
+    matrix[3:, 2 : size - 1] = np.eye(whole)
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
+
+
+def first_unstable(stable: Callable[[float], bool], values: Array) -> float:
+    """Returns the value at which a loop that is `stable` at some of the increasing `values` ceases
+    to be stable; 0 if none is stable, infinite if none after them is unstable."""
+    held: float | None = None
+    for value in values.tolist():
+        if stable(value):
+            held = value
+        elif held is not None:
+            last, _ = bisected(stable, held, float(value), _middle)
+            return last
+    return 0.0 if held is None else math.inf
+
+
+def _middle(low: float, high: float) -> float | None:
+    """Returns the mean of two numbers; None if they differ by LIMIT_WIDTH, relative, or less."""
+    return (low + high) / 2 if abs(high - low) > LIMIT_WIDTH * abs(high) else None

@@ -1,0 +1,88 @@
+"""Policies for audits in the loop: two that work, one with a memory, and hostile ones."""
+
+import time as clock
+
+import numpy as np
+
+GAINS = np.array([-1.0, -29.0, -2.2, -7.0])  # of a linear-quadratic regulator of the cart-pole
+CALLS = []
+
+
+def balance(time, qpos, qvel):
+    """Holds the cart-pole upright, by linear-quadratic gains."""
+    return [-GAINS @ np.concatenate([qpos, qvel])]
+
+
+def swing_up(time, qpos, qvel):
+    """Swings a pendulum up, by energy shaping."""
+    energy = 0.13 * qvel[0] ** 2 - 4.905 * (np.cos(qpos[0]) + 1.0)
+    return [np.clip(-2.0 * energy * qvel[0], -1.5, 1.5)]
+
+
+def rocks(time, qpos, qvel):
+    return [2.0 * np.sin(5.0 * time)]
+
+
+class Integrates:
+    """Balances, with the sum of the angles since it was reset: without reset() it fails."""
+
+    def reset(self):
+        self.total = 0.0
+
+    def __call__(self, time, qpos, qvel):
+        self.total += 0.01 * qpos[1]
+        return [balance(time, qpos, qvel)[0] + 5.0 * self.total]
+
+
+def jumps(time, qpos, qvel):
+    return [np.sign(np.sin(1e11 * qpos[0] + 1.0))]
+
+
+def raises(time, qpos, qvel):
+    raise KeyError("nothing")
+
+
+def not_a_number(time, qpos, qvel):
+    return [np.nan]
+
+
+def later_not_a_number(time, qpos, qvel):
+    """Gives a number to the run that is recorded, which is at this angle only there."""
+    return [np.nan if time > 0.05 and abs(qpos[1] - KEPT.setdefault(time, qpos[1])) else 0.0]
+
+
+KEPT = {}
+
+
+def two_numbers(time, qpos, qvel):
+    return [1.0, 2.0]
+
+
+def sleeps(time, qpos, qvel):
+    clock.sleep(100.0)
+
+
+def leaves(time, qpos, qvel):
+    raise SystemExit(0)
+
+
+def keeps_state(time, qpos, qvel):
+    CALLS.append(time)
+    return [1e-3 * len(CALLS)]
+
+
+class NeedsArguments:
+    def __init__(self, number):
+        self.number = number
+
+
+not_callable = 3
+
+
+def mean_angle(times, qpos, qvel, controls):
+    """A metric: the mean angle of the pole at the ends of the periods."""
+    return qpos[:, 1].mean()
+
+
+def no_number(times, qpos, qvel, controls):
+    return np.nan
