@@ -154,7 +154,7 @@ class UserModels:
     """Returns a context in which the engine prints nothing and leaves no file."""
 
 
-class View(Protocol):
+class MotionView(Protocol):
     """A model at its start, to be looked at."""
 
     @property
@@ -168,9 +168,9 @@ class Views:
     """Scenes and users' models to look at. Each function raises ParameterError, and Unsupported if
     there is nothing to show; `file` also raises NotCertifiable."""
 
-    scene: Callable[[Case, Method, float], View]
+    scene: Callable[[Case, Method, float], MotionView]
     """Case, method, step [s] -> the scene's model, driven as the scene is."""
-    file: Callable[[Path, Start, Array | None, float], View]
+    file: Callable[[Path, Start, Array | None, float], MotionView]
     """Model file, start, controls of shape (periods, actuators) or None, period [s] -> the
     model."""
     prepare: Callable[[], None]

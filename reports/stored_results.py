@@ -13,10 +13,10 @@ from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.engines.sweep import store as sweep_store
 from plumbob.models.border import must_be, regular_file
-from plumbob.reports.data.audit_columns import audit_columns, audited_step_columns
-from plumbob.reports.data.columns import Columns
-from plumbob.reports.data.study_columns import StudyColumns
-from plumbob.reports.data.sweep_columns import point_columns
+from plumbob.reports.columns.audit_columns import audit_columns, audited_step_columns
+from plumbob.reports.columns.columns import Columns
+from plumbob.reports.columns.study_columns import StudyColumns
+from plumbob.reports.columns.sweep_columns import point_columns
 
 LARGEST_AUDIT_FILE = 100_000_000  # [bytes]
 HOLDS_RESULTS = (

@@ -35,6 +35,7 @@ from plumbob.reports.advice.fixed_file import (
     write_fixed_file,
 )
 from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
+from plumbob.reports.columns.audit_columns import audit_columns
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
 from plumbob.reports.commands.shared.model_file import chosen_control, control_name
@@ -44,7 +45,6 @@ from plumbob.reports.commands.shared.several_audits import (
     page_names,
     refused_row,
 )
-from plumbob.reports.data.audit_columns import audit_columns
 from plumbob.reports.records.plain_data import json_text
 from plumbob.reports.view.audit.page import answer_lines, audit_answer, page, short_lines
 from plumbob.reports.view.audit.records import fixed_record, record

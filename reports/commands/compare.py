@@ -11,8 +11,8 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
+from plumbob.reports.columns.columns import columns_of
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.data.columns import columns_of
 from plumbob.reports.judge.study_differences import study_differences
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from plumbob.engines.registry import engines, installed
 from plumbob.models.registry import systems
-from plumbob.reports.data.columns import table_schemas
+from plumbob.reports.columns.columns import table_schemas
 
 KINDS = ("systems", "scenes", "methods", "models", "schemas", "columns")
 # Folder of the schemas of what the commands print with --json.

@@ -19,6 +19,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import run_record
+from plumbob.reports.columns.study_columns import error_columns
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import own_method
@@ -28,7 +29,6 @@ from plumbob.reports.commands.shared.model_file import (
     model_and_script,
     motion_record,
 )
-from plumbob.reports.data.study_columns import error_columns
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
 

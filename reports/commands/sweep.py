@@ -18,8 +18,8 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.study.provenance import provenance
     from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import sweep, sweep_of
+    from plumbob.reports.columns.sweep_columns import point_columns
     from plumbob.reports.commands.arguments.console import note, progress
-    from plumbob.reports.data.sweep_columns import point_columns
     from plumbob.reports.view.own_files import check_replaceable
     from plumbob.reports.view.sweep.page import page_name, write_sweep_page
     from plumbob.reports.view.sweep.text import terminal_values

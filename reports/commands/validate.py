@@ -21,12 +21,12 @@ from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import study_records
 from plumbob.reports.advice.user_settings import user_results
+from plumbob.reports.columns.study_columns import StudyColumns
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
-from plumbob.reports.data.study_columns import StudyColumns
 from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.records.page_records import records_of

@@ -17,17 +17,17 @@ from plumbob.reports.commands.shared.model_file import is_model_file, model_and_
 
 if TYPE_CHECKING:
     from plumbob.analytic.reference import Array
-    from plumbob.engines.abilities import View, Views
+    from plumbob.engines.abilities import MotionView, Views
 
 MISSING_PART = 3
 FILE_SECONDS = 3.0  # [s] shown time of a model file, unless the user gives another
-MOST_SECONDS = 10.0  # [s] longest shown time of a scene, unless the user gives another
-MOST_STEPS = 2_000_000  # largest number of steps of a picture, which take about a minute
+MAX_VIEW_SECONDS = 10.0  # [s] longest shown time of a scene, unless the user gives another
+MAX_VIEW_STEPS = 2_000_000  # largest number of steps of a picture, which take about a minute
 FRAME_SECONDS = 0.05  # [s] time between two pictures of a GIF, whose unit is 10 ms
 MOST_FRAMES = 100  # five seconds; a software renderer takes up to a second for each
 LEAST_PLAYED = 2.0  # [s] a GIF plays at least as long
 SLOWNESS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # factors by which a motion is slowed
-WIDTH, HEIGHT = 480, 360  # [pixels]
+PICTURE_WIDTH, PICTURE_HEIGHT = 480, 360  # [pixels]
 WITHOUT_PILLOW = "pictures are written by pillow, which is not installed: pip install pillow"
 # Options that a scene does not take.
 START_OPTIONS = ("keyframe", "qpos", "qvel", "ctrl", "ctrl_period")
@@ -80,7 +80,7 @@ def _views() -> Views:
     return views
 
 
-def _scene_view(chosen: argparse.Namespace) -> tuple[View, float]:
+def _scene_view(chosen: argparse.Namespace) -> tuple[MotionView, float]:
     """Returns a scene to look at, and its shown time [s]. Raises Unsupported and ParameterError."""
     from plumbob.engines.audit.scene_reference import model_method
     from plumbob.engines.study.measurement import REFERENCE_STEP
@@ -92,17 +92,17 @@ def _scene_view(chosen: argparse.Namespace) -> tuple[View, float]:
         duration = case.scene.duration
         step = duration / max(1, round(duration / REFERENCE_STEP))
         view = _views().scene(case, model_method(case), step)
-    return view, chosen.duration or min(duration, MOST_SECONDS)
+    return view, chosen.duration or min(duration, MAX_VIEW_SECONDS)
 
 
-def _file_view(chosen: argparse.Namespace) -> tuple[View, float]:
+def _file_view(chosen: argparse.Namespace) -> tuple[MotionView, float]:
     """Returns a model file to look at, and its shown time [s]. Raises Unsupported and
     ParameterError."""
     shown = chosen.duration or FILE_SECONDS
     controls: Array | None = None
     period = chosen.ctrl_period or shown
     if chosen.ctrl != "rest":
-        chosen.duration, chosen.budget = shown, MOST_SECONDS
+        chosen.duration, chosen.budget = shown, MAX_VIEW_SECONDS
         _, script = model_and_script(chosen)
         controls, period = script.controls, script.period
     start = Start(chosen.keyframe, chosen.qpos, chosen.qvel)
@@ -114,26 +114,28 @@ def _file_view(chosen: argparse.Namespace) -> tuple[View, float]:
         ) from None
 
 
-def _rendered(view: View, times: Sequence[float], name: str) -> list[Any]:
+def _rendered(view: MotionView, times: Sequence[float], name: str) -> list[Any]:
     """Returns pictures of a view at rising times [s], as pillow's images. Raises ParameterError for
     the option `name`, which gives the last time, if they take too many steps."""
     from PIL import Image
 
-    if times[-1] > MOST_STEPS * view.step:
-        expected = f"at most {MOST_STEPS * view.step:g} s at the step of {view.step:g} s"
+    if times[-1] > MAX_VIEW_STEPS * view.step:
+        expected = f"at most {MAX_VIEW_STEPS * view.step:g} s at the step of {view.step:g} s"
         raise ParameterError(name, times[-1], expected)
     marks = [round(time / view.step) for time in times]
-    return [Image.fromarray(frame) for frame in view.frames(marks, WIDTH, HEIGHT)]
+    return [
+        Image.fromarray(frame) for frame in view.frames(marks, PICTURE_WIDTH, PICTURE_HEIGHT)
+    ]
 
 
-def _write_png(chosen: argparse.Namespace, view: View, shown: float) -> None:
+def _write_png(chosen: argparse.Namespace, view: MotionView, shown: float) -> None:
     """Writes the picture --png. Raises ParameterError."""
     time = chosen.at or 0.0
     (image,) = _rendered(view, [time], "at")
     _save(image, Path(chosen.png), f"{time:g} s", format="PNG")
 
 
-def _write_gif(chosen: argparse.Namespace, view: View, shown: float) -> None:
+def _write_gif(chosen: argparse.Namespace, view: MotionView, shown: float) -> None:
     """Writes the moving picture --gif of the shown time [s]. Raises ParameterError."""
     slowness = next((k for k in SLOWNESS if k * shown >= LEAST_PLAYED), SLOWNESS[-1])
     count = max(2, round(slowness * shown / FRAME_SECONDS))

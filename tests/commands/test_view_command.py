@@ -10,8 +10,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco.own_model.file_view import view_of_file
 from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.adapters.mujoco.viewing import AROUND, CAMERA, view_of_file, view_of_scene
+from plumbob.engines.adapters.mujoco.viewing import AROUND, CAMERA, view_of_scene
 from plumbob.engines.audit.scene_reference import model_method
 from plumbob.engines.own_motion import Start
 from plumbob.engines.study.measurement import REFERENCE_STEP

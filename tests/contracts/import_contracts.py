@@ -182,12 +182,12 @@ def motions_on_the_page(root):
 
 
 # parts of `reports`: each may import those before it
-REPORTS = ("judge", "advice", "records", "analyses", "view", "data", "commands")
+REPORTS = ("judge", "advice", "records", "analyses", "view", "columns", "commands")
 
 
 def reports_upside_down(root):
     """Imports in `reports` of a part that builds on the importing one: judge <- advice <- records
-    <- analyses <- view <- data <- commands."""
+    <- analyses <- view <- columns <- commands."""
     return _upside_down(root, "reports", REPORTS)
 
 

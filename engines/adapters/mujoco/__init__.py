@@ -40,7 +40,7 @@ from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case
 
 if TYPE_CHECKING:
     from plumbob.analytic.reference import Array, Signals
-    from plumbob.engines.abilities import View
+    from plumbob.engines.abilities import MotionView
     from plumbob.engines.drawn_mechanism import SceneDrawing
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
@@ -235,16 +235,18 @@ def _write_fixed(source: Path, fix: FileFix, target: Path) -> FixPlace:
     return write_fixed(source, fix, target)
 
 
-def _view_of_scene(case: Case, method: Method, step: float) -> View:
+def _view_of_scene(case: Case, method: Method, step: float) -> MotionView:
     """Returns a case to look at; raises Unsupported and ParameterError."""
     from plumbob.engines.adapters.mujoco.viewing import view_of_scene
 
     return view_of_scene(case, method, step)
 
 
-def _view_of_file(path: Path, start: Start, controls: Array | None, period: float) -> View:
+def _view_of_file(
+    path: Path, start: Start, controls: Array | None, period: float
+) -> MotionView:
     """Returns a user's model to look at; raises ParameterError and NotCertifiable."""
-    from plumbob.engines.adapters.mujoco.viewing import view_of_file
+    from plumbob.engines.adapters.mujoco.own_model.file_view import view_of_file
 
     return view_of_file(path, start, controls, period)
 

@@ -13,7 +13,7 @@ from plumbob.engines.method import Unsupported
 PLATFORMS = (("egl", "libegl1 libgl1-mesa-dri"), ("osmesa", "libosmesa6"))
 RENDERS_NOTHING = ("disable", "disabled", "off", "false", "0")  # values of MUJOCO_GL
 PROBE_SECONDS = 60.0  # [s] longest time in which a platform shows that it works
-PROBE = (
+RENDERER_TRIAL = (
     "import mujoco; mujoco.Renderer(mujoco.MjModel.from_xml_string('<mujoco/>'), 8, 8).close()"
 )
 
@@ -32,7 +32,7 @@ def choose_platform() -> None:
         environment = {**os.environ, "MUJOCO_GL": name}
         try:
             probe = subprocess.run(
-                [sys.executable, "-c", PROBE],
+                [sys.executable, "-c", RENDERER_TRIAL],
                 env=environment,
                 capture_output=True,
                 timeout=PROBE_SECONDS,

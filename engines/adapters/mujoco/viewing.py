@@ -1,5 +1,5 @@
-"""Shows a scene or a user's model from its start and under its controls: in MuJoCo's viewer, or as
-pictures of the offscreen renderer."""
+"""Shows a model from its start and under its controls: in MuJoCo's viewer, or as pictures of the
+offscreen renderer."""
 
 from __future__ import annotations
 
@@ -14,20 +14,16 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.own_model.model import start_data
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.translation import filled
-from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.own_motion import Start
 from plumbob.models.border import border
 from plumbob.models.scene import Case
 
 # Name of the camera of every scene.xml, and what is put in front of the names of its elements.
 CAMERA, AROUND = "view", "around/"
-FREE_PART = (
-    0.2  # a fifth of the distance is well within a picture, whose half width is about 0.5
-)
+# A fifth of the distance is well within a picture, whose half width is about 0.5.
+FREE_PART = 0.2
 CONTROLS_AHEAD = 1 << 16  # number of steps whose controls are computed at once
 
 
@@ -169,23 +165,3 @@ def _with_surroundings(spec: mujoco.MjSpec, mjcf: Path) -> Any:
         geom.contype = geom.conaffinity = 0
     spec.attach(around, prefix=AROUND, frame=spec.worldbody.add_frame())
     return options.compiled(spec)
-
-
-def view_of_file(path: Path, start: Start, controls: Array | None, period: float) -> MujocoView:
-    """Returns a user's model at its start: at its first keyframe if it has one and `start` names
-    none. `controls`, shape (periods, nu), are held for a `period` [s] each, the last one on and on;
-    None keeps those of the start. Raises ParameterError and NotCertifiable."""
-    model, _, start = user_model(path, start)
-    if model.nkey and start == Start():
-        start = Start(keyframe=0)
-    data = start_data(model, start)
-    held = max(1, round(period / model.opt.timestep))
-
-    def of_steps(steps: Array) -> Array | None:
-        """Returns the controls of the steps with these numbers."""
-        if controls is None:
-            return None
-        rows: Array = controls[np.minimum(steps.astype(int) // held, len(controls) - 1)]
-        return rows
-
-    return MujocoView(model, data, of_steps)

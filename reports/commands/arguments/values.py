@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from plumbob.engines.box import Side
     from plumbob.engines.method import Method
     from plumbob.models.scene import Scene
-    from plumbob.reports.data.columns import Columns
+    from plumbob.reports.columns.columns import Columns
 
 T = TypeVar("T")
 REPRESENTABLE = "such that double precision holds the exact solution"

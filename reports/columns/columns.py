@@ -51,7 +51,7 @@ class Columns:
     `meanings` says for each column its kind, unit and meaning. `len(table)` is the number of
     rows."""
 
-    name: str  # of the table in the schema
+    name: str  # name of the table in the schema
     arrays: Mapping[str, Array]
     meanings: Mapping[str, ColumnMeaning]
     paper: tuple[str, ...] = ()  # columns of the table for a paper

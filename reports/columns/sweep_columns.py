@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from plumbob.engines.sweep.sweep import Swept
-from plumbob.reports.data.columns import ColumnMeaning, Columns, columns_of
+from plumbob.reports.columns.columns import ColumnMeaning, Columns, columns_of
 
 
 def point_columns(swept: Swept) -> Columns:
@@ -41,4 +41,6 @@ def _rows(swept: Swept) -> Iterator[dict[str, Any]]:
 
 def _status(error: float) -> str:
     """Returns what an error says of its run."""
-    return "none" if math.isnan(error) else "diverged" if math.isinf(error) else "done"
+    if math.isnan(error):
+        return "none"
+    return "diverged" if math.isinf(error) else "done"

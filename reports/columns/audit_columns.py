@@ -6,17 +6,17 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from plumbob.reports.data.columns import Columns, columns_of
+from plumbob.reports.columns.columns import Columns, columns_of
 
-Record = Mapping[str, Any]
+AuditRecord = Mapping[str, Any]
 
 
-def audit_columns(records: Sequence[Record]) -> Columns:
+def audit_columns(records: Sequence[AuditRecord]) -> Columns:
     """Returns a row for each audit."""
     return columns_of("audits", map(_row, records))
 
 
-def audited_step_columns(records: Sequence[Record]) -> Columns:
+def audited_step_columns(records: Sequence[AuditRecord]) -> Columns:
     """Returns a row for each run of each audit."""
     rows = []
     for record in records:
@@ -28,7 +28,7 @@ def audited_step_columns(records: Sequence[Record]) -> Columns:
     return columns_of("audited_steps", rows)
 
 
-def _row(record: Record) -> dict[str, Any]:
+def _row(record: AuditRecord) -> dict[str, Any]:
     """Returns the row of an audit. A motion that is certified and an error without a value mean
     that the run diverged: JSON has no infinity."""
     certified = bool(record.get("certified_until"))

@@ -20,10 +20,10 @@ from plumbob.engines.registry import method
 from plumbob.engines.sweep import store as sweep_store
 from plumbob.engines.sweep.sweep import sweep, sweep_of
 from plumbob.reports.cli import main
-from plumbob.reports.data.audit_columns import audit_columns, audited_step_columns
-from plumbob.reports.data.columns import FORMULA_STARTS, columns_of, table_schemas
-from plumbob.reports.data.study_columns import StudyColumns
-from plumbob.reports.data.sweep_columns import point_columns
+from plumbob.reports.columns.audit_columns import audit_columns, audited_step_columns
+from plumbob.reports.columns.columns import FORMULA_STARTS, columns_of, table_schemas
+from plumbob.reports.columns.study_columns import StudyColumns
+from plumbob.reports.columns.sweep_columns import point_columns
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.view.method_results import results_of
 from plumbob.reports.view.site.views import scene_view

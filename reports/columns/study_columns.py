@@ -15,25 +15,27 @@ from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.json_records import study_records, wanted_verdict
 from plumbob.reports.advice.recommend import Choice, Recommendation
-from plumbob.reports.data.columns import Columns, columns_of
+from plumbob.reports.columns.columns import Columns, columns_of
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.records.plain_data import FOR_JSON, plain
 from plumbob.reports.view.site.views import DERIVATIVES_TEMPLATE
 
-Row = dict[str, Any]
-Record = Mapping[str, Any]
+ColumnRow = dict[str, Any]
+RunRecord = Mapping[str, Any]
 RUN_KEYS = ("scene", "method", "step", "drawn", "verdict", "expected", "relative_error")
 
 
-def run_columns(records: Sequence[Record]) -> Columns:
+def run_columns(records: Sequence[RunRecord]) -> Columns:
     """Returns a row for each run from records as --json prints them."""
     rows = [{**record, "warnings": "; ".join(record["warnings"])} for record in records]
     return columns_of("runs", rows)
 
 
-def error_columns(records: Sequence[Record], units: Mapping[tuple[str, str], str]) -> Columns:
+def error_columns(
+    records: Sequence[RunRecord], units: Mapping[tuple[str, str], str]
+) -> Columns:
     """Returns a row for each observable of each run from records as --json prints them. `units` are
     {(scene, observable): unit}."""
     rows = []
@@ -43,7 +45,9 @@ def error_columns(records: Sequence[Record], units: Mapping[tuple[str, str], str
     return columns_of("errors", rows)
 
 
-def _observable_rows(record: Record, units: Mapping[tuple[str, str], str]) -> Iterator[Row]:
+def _observable_rows(
+    record: RunRecord, units: Mapping[tuple[str, str], str]
+) -> Iterator[ColumnRow]:
     """Yields the errors of each observable of a run."""
     for name, error in record["errors"].items():
         yield {
@@ -83,7 +87,7 @@ class StudyColumns:
         return judge_study(self.study) if self._given is None else self._given
 
     @cached_property
-    def _records(self) -> list[Row]:
+    def _records(self) -> list[ColumnRow]:
         """A record of each run, as --json prints it."""
         return study_records(self.study, self._judged)
 
@@ -165,7 +169,7 @@ class StudyColumns:
         series = self.study.convergence
         return columns_of("pairs", [self._pair(s, methods[s.method]) for s in series])
 
-    def _pair(self, series: ConvergenceStudy, method: Method) -> Row:
+    def _pair(self, series: ConvergenceStudy, method: Method) -> ColumnRow:
         """Returns the row of a method on a scene."""
         key = series.scene, series.method
         judged = self._judged[key].whole
@@ -183,7 +187,7 @@ class StudyColumns:
             "largest_step": None if limit is None else limit.step,
         }
 
-    def _orders(self, series: ConvergenceStudy) -> Row:
+    def _orders(self, series: ConvergenceStudy) -> ColumnRow:
         """Returns the observed and the predicted order of a method on a scene."""
         order, predicted = series.order, series.predicted_order
         row = {"predicted_order": predicted and predicted.slope}
@@ -193,7 +197,7 @@ class StudyColumns:
         slopes = {"order": order.slope, "order_low": order.low, "order_high": order.high}
         return {**row, **slopes, "order_steps": len(order.steps), **ends}
 
-    def _cost(self, key: tuple[str, str]) -> Row:
+    def _cost(self, key: tuple[str, str]) -> ColumnRow:
         """Returns the cost of a step of a method on a scene."""
         cost = self.study.costs.get(key)
         if cost is None:
@@ -230,7 +234,7 @@ class StudyColumns:
         return columns_of("recommendations", rows)
 
 
-def _value(value: Any) -> Row:
+def _value(value: Any) -> ColumnRow:
     """Returns a parameter as a number, if it is one, and as text."""
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     text = value if isinstance(value, str) else json.dumps(plain(value, FOR_JSON))
@@ -250,7 +254,7 @@ def _choices(answer: Recommendation) -> Iterator[tuple[str, Choice]]:
     yield from (("default", choice) for choice in answer.defaults)
 
 
-def _choice(answer: Recommendation, role: str, choice: Choice) -> Row:
+def _choice(answer: Recommendation, role: str, choice: Choice) -> ColumnRow:
     """Returns the row of a choice."""
     return {
         "scene": answer.scene,
