@@ -36,7 +36,7 @@ test-long: .venv/.develop  ## mutations, the full profile, and a longer search b
 	@$(PIP) --editable '.[robots]'
 	@$(PIP) --no-deps 'dm_control>=1.0'  # its model files: nothing of it is imported
 	$(BIN)/python -m pytest --numprocesses auto tests/audit --profile full $(ARGS)
-	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest --numprocesses auto $(ARGS)
+	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest --numprocesses auto --suite all $(ARGS)
 
 check: .venv/.develop  ## ruff, mypy --strict, and the contracts on layers, files and words
 	$(BIN)/ruff check .

@@ -84,9 +84,8 @@ class FileCheck:
 
     method: str
     step: float  # [s], the file's own
-    differences: tuple[
-        tuple[str, str, str], ...
-    ]  # field, value in the file, value of the method
+    # field, value in the file, value of the method
+    differences: tuple[tuple[str, str, str], ...]
     warnings: tuple[str, ...]  # contacts that are unstable, or written for another step
 
 

@@ -16,9 +16,8 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
-EXACT_MOTION_SECONDS = (
-    10.0  # [s] processor time allowed for integrating the exact motion at a place
-)
+# [s] processor time allowed for integrating the exact motion at a place
+EXACT_MOTION_SECONDS = 10.0
 
 
 @dataclass(frozen=True)

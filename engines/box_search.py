@@ -14,9 +14,8 @@ from plumbob.analytic.reference import Array, NoAnswer
 from plumbob.engines.method import Unsupported
 
 MAX_SEARCH_RUNS = 1_000_000  # largest budget: the search keeps every run in memory
-WIDE_FRACTION = (
-    0.7  # fraction of the runs that look everywhere in the box, not near the best place
-)
+# fraction of the runs that look everywhere in the box, not near the best place
+WIDE_FRACTION = 0.7
 
 
 @dataclass(frozen=True)

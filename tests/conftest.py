@@ -31,14 +31,19 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
-def pytest_collection_modifyitems(config, items):
-    """Those that take seconds first: none is left for one process at the end. The short suite
-    leaves them out, but as many cases of each as its mark keeps."""
-    items.sort(key=lambda item: item.get_closest_marker("long") is None)
-    if config.getoption("--suite") == "short":
-        from plumbob.tests.validation.representatives import left_out
+# Marks of the tests of which each suite runs a few cases alone, or none
+LEFT_OUT = {"all": (), "whole": ("rare",), "short": ("rare", "long")}
 
-        left = set(left_out(items))
+
+def pytest_collection_modifyitems(config, items):
+    """Those that take seconds first: none is left for one process at the end. A smaller suite
+    leaves them out, but as many cases of each as its mark keeps."""
+    from plumbob.tests.validation.representatives import left_out
+
+    marks = LEFT_OUT[config.getoption("--suite")]
+    items.sort(key=lambda item: not any(map(item.get_closest_marker, ("long", "rare"))))
+    left = {item for mark in marks for item in left_out(items, mark)}
+    if left:
         config.hook.pytest_deselected(items=list(left))
         items[:] = [item for item in items if item not in left]
 
@@ -164,7 +169,8 @@ def pytest_addoption(parser):
     group.addoption("--seed", type=int, default=SEED, help="draws one more step for each pair")
     group.addoption(
         "--suite",
-        choices=("whole", "short"),
+        choices=("all", "whole", "short"),
         default="whole",
-        help="short: without what takes seconds; scenes and methods that stand for the rest",
+        help="whole: without what `make test-long` alone runs; short: also without what takes "
+        "seconds, scenes and methods that stand for the rest",
     )

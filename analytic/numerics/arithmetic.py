@@ -14,9 +14,8 @@ from plumbob.analytic.reference import Array, Signals
 ROUNDOFF = 2.0**-53  # unit round-off: largest relative error of one rounding
 ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
 
-PARAMETER_CHANGE = (
-    1e-7  # relative change of a parameter that measures the effect of its rounding
-)
+# relative change of a parameter that measures the effect of its rounding
+PARAMETER_CHANGE = 1e-7
 
 
 def _elementwise(of_number: Any, of_array: Any) -> Any:

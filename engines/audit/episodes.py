@@ -28,9 +28,8 @@ HALVED = (1, 2, 4)  # the model's own step over these is run
 # a small part of the error
 OFF_ORDER = 0.5
 RESAMPLES = 2000  # resamples of a bootstrap
-START_SPREAD = (
-    0.01  # [m, rad, and these per second] default largest change of a coordinate of the start
-)
+# [m, rad, and these per second] default largest change of a coordinate of the start
+START_SPREAD = 0.01
 MOST_EPISODES = 100_000
 # Order of the errors of means at small steps, by integrator; others are of first order
 ORDERS = MappingProxyType({"rk4": 4})

@@ -34,9 +34,8 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
 MUJOCO = "mujoco"  # the engine of the model files
-INTEGRATOR = (
-    "integrator"  # the only setting of methods that merely choose an integrator of MuJoCo
-)
+# the only setting of methods that merely choose an integrator of MuJoCo
+INTEGRATOR = "integrator"
 DISCRETE = "discrete"  # an integrator of MuJoCo that audits do not try
 HANGS = 60.0  # [s] time in addition to the run: an engine is loaded
 

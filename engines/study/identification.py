@@ -25,9 +25,8 @@ from plumbob.models.scene import Case, Quantity, Scene
 Residuals = Callable[[Sequence[float] | None], Array]
 """A place in a box, or None for the true values -> the differences that are fitted, shape (n,)."""
 FAILED = 1e6  # misfit, in scales, of a run that is lost or has no exact answer
-SLOPE_DISTANCE = (
-    1e-3  # distance on either side over which slopes are taken, as a fraction of the side
-)
+# distance on either side over which slopes are taken, as a fraction of the side
+SLOPE_DISTANCE = 1e-3
 # Parameters whose slopes have a larger condition number, and so a correlation beyond 0.9998, cannot
 # be distinguished.
 LARGEST_CONDITION = 1e2

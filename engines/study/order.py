@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from plumbob.analytic.reference import Array
 
-MIN_STEP_SIZES = (
-    4  # smallest number of steps: leaves two degrees of freedom for the confidence interval
-)
+# smallest number of steps: leaves two degrees of freedom for the confidence interval
+MIN_STEP_SIZES = 4
 MOST_STEPS = 6  # largest number of steps that an order is fitted to
 
 

@@ -298,9 +298,8 @@ class Halving:
     # is within what the certified motion leaves open; "single": the error is resolved at the own
     # step alone; the others say how fast the resolved errors fall.
     outcome: Literal["diverges", "needed", "unresolved", "single"] | Trend
-    errors: tuple[
-        float, ...
-    ]  # [m] the resolved errors, at most LISTED_ERRORS, the own step first
+    # [m] the resolved errors, at most LISTED_ERRORS, the own step first
+    errors: tuple[float, ...]
     resolution: float  # [m] smallest error that the certified motion resolves
     largest_step: float | None  # [s] the largest step that reaches the end
     smallest_step: float  # [s] the smallest step that was run

@@ -137,9 +137,8 @@ class SceneRecord:
     """The verdicts, recommendations and exact motion of one scene."""
 
     verdicts: Mapping[str, PairVerdict]  # by method
-    recommendations: tuple[
-        Recommendation, ...
-    ]  # one per wanted error; empty if nothing was timed
+    # one per wanted error; empty if nothing was timed
+    recommendations: tuple[Recommendation, ...]
     exact: ExactRecord | None
     """None if another package supplies the system and no run was compared with the exact motion:
     the motion may be defective."""

@@ -79,9 +79,8 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
     colours = dict(INTEGRATOR_COLOURS)
     shapes = dict(ENGINE_MARKERS)
     by_method: dict[str, Style] = {}
-    earlier_by_colour: dict[
-        str, int
-    ] = {}  # methods so far: each has other dashes than the others
+    # methods so far: each has other dashes than the others
+    earlier_by_colour: dict[str, int] = {}
     for rank, name in enumerate(names):
         engine, _, variant = name.partition("/")
         integrator = variant.partition("+")[0]

@@ -67,6 +67,26 @@ def fragmentary_comments(root):
     return found
 
 
+# A value alone in parentheses with its comment, and an annotation with a comment after its end
+TORN = re.compile(
+    r"^( *)[\w.]+(?:: [^\n=(]+)? = \(\n +[^\n#,]+  # [^\n]+\n\1\)$"
+    r"|^( *)[\w.]+: \w+\[\n[^\n#]+\n\2\][^\n#]*  # ",
+    re.MULTILINE,
+)
+
+
+def torn_comments(root):
+    """Comments behind a statement for which the formatter broke the statement: they belong above
+    it."""
+    found = []
+    for path, _ in _in_layers(root):
+        text = (root / path).read_text("utf-8")
+        for torn in TORN.finditer(text):
+            line = text.count("\n", 0, torn.start()) + 1
+            found.append(f"{path}:{line}: put the comment above the statement")
+    return found
+
+
 COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 
 

@@ -32,9 +32,8 @@ from plumbob.tests.support.cases import error_of_run
 
 ITERATED, HARD = "pybullet/undamped+iterated", "pybullet/undamped+hard"
 INERTIA = 0.02  # [kg m^2] of scenes with a capsule
-LONG = (
-    1e-2  # [s]: a step changes velocities by the accelerations that it begins with, times this
-)
+# [s]: a step changes velocities by the accelerations that it begins with, times this
+LONG = 1e-2
 SHORT = 1e-6  # [s]
 # Sums of tens of products in double precision, which cancel by a factor of a thousand at most.
 CLOSE = 1e-12
@@ -288,9 +287,8 @@ def test_a_pyramid_of_friction_is_wrong_whatever_the_inertia():
 
 
 IMPACT = "rod-impact/reverses"
-ENDS_SLIP = (
-    0.8  # friction that ends the slip in the exact impact, too, as in PyBullet from 0.462 on
-)
+# friction that ends the slip in the exact impact, too, as in PyBullet from 0.462 on
+ENDS_SLIP = 0.8
 
 
 def test_friction_does_not_turn_round_in_an_impact():

@@ -10,9 +10,8 @@ from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
-NEAR = (
-    1e-9  # of a value's size: integrals are refined to 1e-13; rounding grows at a turning point
-)
+# of a value's size: integrals are refined to 1e-13; rounding grows at a turning point
+NEAR = 1e-9
 SET = """(values) => {
   const section = document.querySelector(".sliders");
   for (const [name, value] of Object.entries(values)) {

@@ -41,13 +41,13 @@ def mechanisms(scene, method):
     yield scene.system, wanted.verdict, wanted.other, wanted.reason
 
 
-def left_out(items):
-    """Of the tests marked `long` those that the whole suite alone runs: all cases of each but the
-    first `keep` that its mark names."""
+def left_out(items, mark_name):
+    """The cases of tests with this mark that a smaller suite leaves out: all but the first `keep` of
+    each, which its mark names."""
     met = Counter[str]()
     left = list[pytest.Item]()
     for item in items:
-        if (mark := item.get_closest_marker("long")) is None:
+        if (mark := item.get_closest_marker(mark_name)) is None:
             continue
         name = item.nodeid.partition("[")[0]
         met[name] += 1

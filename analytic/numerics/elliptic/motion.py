@@ -37,9 +37,8 @@ _FADED = 20.0  # A t after which a motion on a separatrix is at rest at the sadd
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
 _REACHED = 1e-15  # relative distance by which rounding moves an angle past a turning point
 OF_PERIOD = 1024  # samples for the action: half of them cover 100 time constants of a saddle
-TURNING_SAMPLES = (
-    65  # samples in a period: the motion turns back at most once between two of them
-)
+# samples in a period: the motion turns back at most once between two of them
+TURNING_SAMPLES = 65
 
 
 @dataclass(frozen=True)

@@ -31,9 +31,8 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
-NEAR_INITIAL_SPEED = (
-    0.05  # largest relative difference from the initial speed that counts as near
-)
+# largest relative difference from the initial speed that counts as near
+NEAR_INITIAL_SPEED = 0.05
 ANGLES_OF_TURN = 2048  # angles of a turn: the trapezoid rule converges geometrically
 TIMES_OF_PERIOD = 20_000  # times of a period: they give parts of it to four digits
 

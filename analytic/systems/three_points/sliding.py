@@ -42,9 +42,8 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 
 STUCK = 2e-14  # speed of a support that is round-off, over speed_scale
 STOPPED = 1e-12  # speed of a whole body that is round-off, over its largest in this piece
-UNBALANCED_FORCE = (
-    1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
-)
+# smallest unbalanced part of the forces as a slide starts, over their size
+UNBALANCED_FORCE = 1e-3
 STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
 SHORTEST_ELEMENT = 1e-14  # length of the shortest element over its time scale
 # lower bound on the truncation error, which bounds an element's growth

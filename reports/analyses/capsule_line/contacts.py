@@ -28,9 +28,8 @@ STATICS, STATICS_STEP = "capsule-line/at-123", 1e-4
 STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
 CHATTERS = 1e-3  # fraction of samples without a contact; chatter is far above it
 TRUSTED_LOAD_ERROR = 1e-3  # largest relative distance from statics of a normal force to trust
-SETTLING_STEPS = (
-    60  # number of steps after which contacts of damping ratio 0.3 have come to rest
-)
+# number of steps after which contacts of damping ratio 0.3 have come to rest
+SETTLING_STEPS = 60
 CHATTER_RUNS = extra_runs((CHECK_LINE,), (DEFAULT_CONTACT, CONVERGENT_CONTACT), CONTACT_STEPS)
 LOAD_RUNS = extra_runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 

@@ -20,9 +20,8 @@ from plumbob.reports.analyses.measurements import FULL_TURN, in_double
 
 MAXIMUM_SAMPLES = 20_000  # per period or half turn, so that a maximum is known to eight digits
 SPEED_DIFFERENCES = (0.05, 0.10)  # relative distances from the initial speed
-BARELY_OVER_BARRIER = (
-    "cone-pendulum/above-barrier-1e-6"  # scene of a rotation 1e-6 above the barrier, relative
-)
+# scene of a rotation 1e-6 above the barrier, relative
+BARELY_OVER_BARRIER = "cone-pendulum/above-barrier-1e-6"
 VECTORS = (0.7, 5.0, 0.2)  # theta [rad], dθ/dt [rad/s] and X [m] at which (4) is evaluated
 SPEED_MAP_RATES = np.linspace(0.0, 100.0, 41)  # [rad/s] platform rates of the maps
 GRID_AXES = (("S", np.linspace(0.02, 0.3, 36)), ("Y", np.linspace(0.0, 0.35, 36)))  # [m]

@@ -31,9 +31,8 @@ EQUILIBRIUM, SEARCHED_SWING = "linear-pendulum/overdamped", "simple-pendulum/fre
 OF_SWING = ("mujoco/euler", "ode/leapfrog", "pymunk/default")
 VARIABLE_STEP_SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # solvers with a variable step
 DAMPING_RATES = (1e1, 1e2, 1e3, 1e4)  # [1/s] damping rates, in place of the scene's
-RUN_TIME_CONSTANTS = (
-    3e3  # approximate length of these runs, in time constants of the fastest mode
-)
+# approximate length of these runs, in time constants of the fastest mode
+RUN_TIME_CONSTANTS = 3e3
 LARGEST_TOLERANCE = 1e-3  # largest tolerance, so that stability alone limits the step
 EVALUATIONS_TOLERANCE = 0.2  # largest relative difference of measured and predicted evaluations
 DOP853_EVALUATIONS = 12  # evaluations of the equation of motion in a step of DOP853

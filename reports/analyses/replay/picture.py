@@ -22,17 +22,15 @@ PICTURE_ELEVATION = math.radians(20.0)
 FLAT = 0.02
 # smallest ratio of a mechanism's height to its extent at which it hides its motion from above
 HIDING_HEIGHT = 0.5
-MOST_VIEWED = (
-    201  # most times at which the motion is looked at to choose the view and its extent
-)
+# most times at which the motion is looked at to choose the view and its extent
+MOST_VIEWED = 201
 # margins relative to the diagonal: around the motion, of a floor around it, and for the ruler
 MOTION_MARGIN, FLOOR_MARGIN, RULER_MARGIN = 0.04, 0.12, 0.05
 LEAST_ASPECT = 0.3  # smallest ratio of the height of a picture to its width
 ALONG_AXES = np.concatenate([np.eye(3), -np.eye(3)])
 POINT_DIGITS = 4  # digits of the points of solids after the first one of the picture's size
-LEAST_MARKED = (
-    0.5  # smallest ratio of the displacement of a point that bears the mark to the largest
-)
+# smallest ratio of the displacement of a point that bears the mark to the largest
+LEAST_MARKED = 0.5
 UNPAINTED = 0.5  # red, green and blue of a geom without a colour of its own
 
 

@@ -21,9 +21,8 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
 )
 
 VISIBLE = 0.05  # difference that a plot shows, relative to the amplitude
-SETTLING_TIME = (
-    40.0  # [s] time after which a forced swing, damped at 0.2/s, keeps 2 % of its start
-)
+# [s] time after which a forced swing, damped at 0.2/s, keeps 2 % of its start
+SETTLING_TIME = 40.0
 CLAIMS_METHOD = "mujoco/rk4"
 
 

@@ -11,9 +11,8 @@ from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.records.page_records import Replay
 from plumbob.reports.view.method_results import MethodResult, ShownError
 
-CLEARLY = (
-    0.5  # largest ratio of the best setting's error to the default's that is worth a change
-)
+# largest ratio of the best setting's error to the default's that is worth a change
+CLEARLY = 0.5
 
 TRUSTED = ("predicted", "converges")  # meanings of results whose settings a card may name
 

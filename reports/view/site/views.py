@@ -42,9 +42,8 @@ from plumbob.reports.view.units import parameter_units
 PageView = SimpleNamespace
 """The content of a scene's or a system's page; its attributes are the names in the template."""
 RECOMMENDED_ERROR = 1e-3  # relative error for which a scene's page recommends a method
-DERIVATIVES_TEMPLATE = (
-    "engines/gradients"  # template of the analysis with the derivatives of every scene
-)
+# template of the analysis with the derivatives of every scene
+DERIVATIVES_TEMPLATE = "engines/gradients"
 
 
 def scenes_of_system(study: Study, system: SystemRecord) -> list[Scene]:
