@@ -225,10 +225,10 @@ def _contact_depth_bounds(
 ) -> Bounds:
     """Returns bounds on the normal forces [N] from the overlap of the contacts.
 
-    The feet sink into the ground by the overlap, so that friction acts below the plane of the
-    motion by this depth, and has a moment about C, the body's centre of mass. The moment shifts
-    load from one support to the other. It also changes the loads as much as a displacement of the
-    slider would whose weight has the same moment.
+    The contacts act where body and ground overlap, so that friction acts below C, the body's centre
+    of mass, by the depth of the overlap. The moment of friction about C shifts load from one
+    support to the other. It also changes the loads as much as a displacement of the slider would
+    whose weight has the same moment.
     """
     capsule = motion.capsule
     moment = _friction_limit(problem) * motion.mass * solver.depth  # [N m]
