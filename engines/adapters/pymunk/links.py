@@ -126,18 +126,18 @@ class Links:
             poses.append(Pose(place + turned, angle, velocity + 1j * rate * turned, rate))
         return poses
 
-    def hidden(self, begun: State) -> list[tuple[float, float]]:
+    def hidden(self, start: State) -> list[tuple[float, float]]:
         """For each joint, the parts of its coordinate and velocity in a state that are not seen in
         the plane. They are zero unless a slide points out of the plane."""
-        hidden = [(0.0, 0.0)] * len(begun.qpos)
+        hidden = [(0.0, 0.0)] * len(start.qpos)
         for link in self.all:
-            place = _shift(link, begun.qpos)
-            velocity = _shift(link, begun.qvel, rates=True)
+            place = _shift(link, start.qpos)
+            velocity = _shift(link, start.qvel, rates=True)
             for slide in link.slides:
                 back = slide.along.conjugate()
                 hidden[slide.joint] = (
-                    float(begun.qpos[slide.joint]) - (back * place).real,
-                    float(begun.qvel[slide.joint]) - (back * velocity).real,
+                    float(start.qpos[slide.joint]) - (back * place).real,
+                    float(start.qvel[slide.joint]) - (back * velocity).real,
                 )
         return hidden
 
