@@ -23,8 +23,8 @@ from plumbob.models.model_file import ModelFile
 from plumbob.models.scene import Case
 
 # Largest number of steps that are taken for the motion of a replay, so that it takes bounded time.
-# After so many steps the coordinates stay as they are. Only a model whose slider has contacts has
-# such short steps, and its coordinates that no observable shows hardly change.
+# After so many steps the coordinates stay as they are. A model whose slider has contacts may need
+# more steps, but its coordinates that no observable shows hardly change.
 MOST_DRAWN_STEPS = 20_000
 
 
