@@ -62,7 +62,7 @@ class Snippet:
     mjcf: str  # lines of a model file; may be empty
     python: str  # lines to run after the model is compiled or built; may be empty
     error: str  # predicted error of a stopping distance, or of the motion
-    cost: str  # cost beside default settings
+    cost: str  # cost compared with the default settings
     holds: str  # models and motions for which the predicted error is valid
 
 

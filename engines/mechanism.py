@@ -57,7 +57,9 @@ class Joint:
     body: int  # number of the body that it moves
     axis: Array  # in the body's frame, unit length, shape (3,)
     place: Array  # in the body's frame [m], shape (3,)
-    reference: Array  # coordinates in the drawing: [rad], [m], or a quaternion, scalar first
+    # Coordinates in the reference pose, which is the pose that the model file draws: [rad], [m], or
+    # a quaternion, scalar first
+    reference: Array
     stiffness: float  # [N m/rad] or [N/m]
     rest: Array  # coordinates at which the spring has no force, shaped as `reference`
     damping: Array  # [N m s/rad] or [N s/m], one number a degree of freedom

@@ -139,10 +139,10 @@ class HeldContacts:
 
     velocity: float  # [m/s or rad/s] the largest generalised velocity of the state
     depth: float  # [m] of the deepest contact; 0 if there is none
-    deepest: str  # its two geoms
+    deepest_geoms: str  # names of the two geoms of the deepest contact
     softness: Mapping[str, str]  # {setting of the model that makes the depth: its value}
     drift: float  # [m/s] slip of the fastest contact; 0 if there is none
-    drifting: str  # its two geoms
+    drifting_geoms: str  # names of the two geoms of the fastest contact
     regularisation: Mapping[str, str]  # {setting of the model that makes the drift: its value}
 
 

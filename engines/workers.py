@@ -39,11 +39,11 @@ from plumbob.models.memory import UNMAPPED
 
 TRIES = 2  # attempts at a task whose worker dies or hangs
 STARTS = 3  # workers in a row that may end before they are ready
-LOADING = 300.0  # [s] longest time until a worker is ready
+LOADING_TIME = 300.0  # [s] longest time until a worker is ready
 TICK = 0.2  # [s] time between two looks at the clock
 # If a task has run for longer than its limit and used less than this fraction of the time, it
 # hangs. A task that computes on a core with fifteen other processes uses six times as much.
-IDLE = 0.01
+IDLE_FRACTION = 0.01
 # If the system does not tell the processor time, a task hangs after so many limits of wall time.
 WALL_TIME_FACTOR = 20.0
 LONGEST_TIMER = 1e8  # [s] longest time that a timer accepts
@@ -87,7 +87,9 @@ class _Worker:
         self._thread = ThreadPoolExecutor(1)
         self.ready = self._thread.submit(self._pipe.recv)
         self.late = ""  # why the process was killed, if its task hung
-        self._begun: tuple[float, float | None] = time.monotonic(), None
+        # Time [s] at which the task began, or before the first task the process, and the processor
+        # time [s] of the process then, if it is known. The thread sets both at once.
+        self._task_start: tuple[float, float | None] = time.monotonic(), None
 
     def submit(
         self, do: Callable[..., Any], *arguments: Any, limit: float = 0.0
@@ -98,7 +100,7 @@ class _Worker:
         return self._thread.submit(self._answer, do, arguments, limit)
 
     def _answer(self, do: Callable[..., Any], arguments: tuple[Any, ...], limit: float) -> Any:
-        self._begun = time.monotonic(), _processor_time(self.process.pid)
+        self._task_start = time.monotonic(), _processor_time(self.process.pid)
         try:
             self._pipe.send((do, arguments, limit))
             value, error, text = self._pipe.recv()
@@ -110,18 +112,24 @@ class _Worker:
 
     def end_idle(self, limit: float) -> None:
         """Ends the process if it is not ready in time, or if its task has run for longer than the
-        task's limit [s] and hardly used any processor time meanwhile."""
-        since, before = self._begun
-        seconds = time.monotonic() - since
-        allowed = LOADING
-        if self.ready.done():
-            allowed = WALL_TIME_FACTOR * limit
-            used = _processor_time(self.process.pid)
-            if used is not None and before is not None:
-                allowed = max(limit, (used - before) / IDLE)
-        if seconds > allowed:
+        task's limit [s] and hardly used any processor time meanwhile. If the system does not tell
+        the processor time, ends it after WALL_TIME_FACTOR limits."""
+        started_at, processor_time_at_start = self._task_start
+        seconds = time.monotonic() - started_at
+        if seconds > self._allowed_time(limit, processor_time_at_start):
             self.late = f"no answer within {seconds:.3g} s"
             self.process.kill()
+
+    def _allowed_time(self, limit: float, processor_time_at_start: float | None) -> float:
+        """Returns the longest time [s] since the start of the task, or of the process, after which
+        the process does not hang."""
+        if not self.ready.done():
+            return LOADING_TIME
+        processor_time = _processor_time(self.process.pid)
+        if processor_time is None or processor_time_at_start is None:
+            return WALL_TIME_FACTOR * limit
+        used = processor_time - processor_time_at_start
+        return max(limit, used / IDLE_FRACTION)
 
     def end(self) -> None:
         """Ends the process, whatever it is doing, and the thread."""

@@ -93,7 +93,7 @@ class WarpPort:
             warp.capture_launch(self._step)
         warp.synchronize()
 
-    def controlled(self, controls: Array) -> None:
+    def step_under(self, controls: Array) -> None:
         """Takes a step under each of the controls, shape (steps, nu)."""
         import warp
 

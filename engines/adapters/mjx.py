@@ -76,7 +76,7 @@ class MjxPort:
         with self.precision():
             self.data = jax.block_until_ready(self.take(self.model, self.data, count))
 
-    def controlled(self, controls: Array) -> None:
+    def step_under(self, controls: Array) -> None:
         """Takes a step under each of the controls, shape (steps, nu). The loop is compiled for
         BLOCK rows; rows beyond the last step are not used."""
         import jax

@@ -147,7 +147,7 @@ class PortSteps:
         if controls is None:
             self.port.steps(steps)
         else:
-            self.port.controlled(controls)
+            self.port.step_under(controls)
 
 
 def built(port: Any, translation: Any, step: float) -> Built:

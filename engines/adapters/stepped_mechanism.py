@@ -54,7 +54,7 @@ def simulated(
     scene = compiled_scene(case)
     stepper = cache(lambda: build(scene.mechanism, scene.start))
     return stepped(
-        case, step, lambda: begun(case, scene, step, stepper(), reads_forces), broken
+        case, step, lambda: ready_to_step(case, scene, step, stepper(), reads_forces), broken
     )
 
 
@@ -66,7 +66,7 @@ def compiled_scene(case: Case) -> SceneMechanism:
     return compiles.mechanism(case)
 
 
-def begun(
+def ready_to_step(
     case: Case,
     scene: SceneMechanism,
     step: float,

@@ -28,7 +28,7 @@ from plumbob.engines.audit.step_errors import (
     reason_for_mismatch,
     state_errors,
 )
-from plumbob.engines.audit.trims import Trim, Trims, trims
+from plumbob.engines.audit.trims import TrimmedFile, Trims, trims
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 
 if TYPE_CHECKING:
@@ -61,8 +61,7 @@ class Audit:
     # Errors of attitudes, coordinates and activations; None if the error is not known.
     state_errors: StateErrors | None = None
     stability: LargestSteps | None = None  # largest steps that hold
-    # Name of the trimmed file, and the effects of the file as read back
-    written: tuple[str, Trim] | None = None
+    written: TrimmedFile | None = None  # None if no trimmed file was written
     # The derivatives, or the reason why there are none; None if they are not asked for.
     gradient: CertifiedGradient | str | None = None
     # Changes since another audit; None if it is compared with none.

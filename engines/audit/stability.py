@@ -65,7 +65,9 @@ NEAR = (1.0, 0.99, 1.01)
 SPREAD = 1.05  # ratio of successive steps of nudged runs
 BETWEEN = 16  # number of steps that are tried between a limit divided by RATIO and the limit
 SETTLED = 0.01  # [m/s, rad/s] largest velocity at the end of a run that has come to rest
-STILL = 10.0  # growth of a nudge much later: if it is less, the first nudge met a landing only
+# If a nudge much later in the run grows by less than this factor, the growth of the first nudge
+# came from a landing alone.
+LATER_GROWTH = 10.0
 # Least ratio of a step to the finer step at which the growth of the motion itself is measured
 FINER = 4
 LEAST, MOST = 50, 400  # fewest and most steps of a nudged run
@@ -306,7 +308,7 @@ class AuditedMotion:
         # A nudge may decide on which foot a body lands, and nothing after the landing.
         if not moving:
             return True
-        return self.growth(method, step, start, begin, duration, MOST * step) > STILL
+        return self.growth(method, step, start, begin, duration, MOST * step) > LATER_GROWTH
 
     @quiet()
     def growth(

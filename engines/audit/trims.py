@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,6 +40,13 @@ class Trim:
         """Whether the motion is bitwise the same, or changes by less than a tenth of the step's
         `error` [m]."""
         return self.same_bits or self.moved <= TENTH * error
+
+
+class TrimmedFile(NamedTuple):
+    """A model file that was written without the features that can be left out."""
+
+    name: str
+    read_back: Trim  # effects of the file's model, after it was read back
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ class Checkpoint:
         and of costs that follow from them. Returns whether the study was begun before."""
         if self._fresh:
             store.forget(self._store, plan)
-        self.number, before = store.begun(self._store, plan)
+        self.number, before = store.study_number(self._store, plan)
         if count := len(self.there(keys)):
             self._note(f"goes on: {count} of {len(keys)} results are there")
         return before
@@ -63,7 +63,7 @@ class SharedResults(Checkpoint):
     def __init__(self, opened: Connection, studies: Path, note: Note) -> None:
         super().__init__(opened, False, note)
         self._studies = studies
-        self.number, _ = store.begun(opened, "")
+        self.number, _ = store.study_number(opened, "")
 
     def begin(self, plan: str, keys: Sequence[str]) -> bool:
         """Does nothing: shared results belong to no study. Returns False."""

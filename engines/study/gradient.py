@@ -189,7 +189,7 @@ class _End:
     terms: tuple[Array, ...]  # terms of its series over the run; empty if it is no series
     rounding: float  # bound on the rounding
     control: float  # signed error of a solver that chooses its steps, by a second run
-    model: float  # bound on the model error
+    model_error: float  # bound on the model error
     doubt: float  # uncertainty of the exact motion in double precision
     steps: int
 
@@ -236,7 +236,7 @@ class _Runs:
                 terms=tuple(part[name] for part in series) if terms else (),
                 rounding=_rounding_bound(error, measured.steps),
                 control=value - by_second,
-                model=error.model_error,
+                model_error=error.model_error,
                 doubt=error.uncertainty,
                 steps=measured.steps,
             )
@@ -249,7 +249,7 @@ class _Runs:
         `exact` is the exact derivative."""
         low, high = (self.at(value)[name] for value in values)
         distance = values[1] - values[0]
-        remainder = POWER * max(low.model, high.model) / self.number.size
+        remainder = POWER * max(low.model_error, high.model_error) / self.number.size
         if len(high.terms) == len(low.terms) > 0:
             pairs = zip(low.terms, high.terms, strict=True)
             remainder += float(
@@ -455,14 +455,17 @@ def _difference(
     name = record.of
     low, high = way.values(number.value, eps)
     difference = runs.difference(name, (low, high), record.reference)
-    sizes = [PREDICTION_STEP]
+    # A corner of the predicted error changes the difference. A one-sided difference starts at the
+    # number itself, so that a corner may lie anywhere within its eps.
+    corner_distances = [PREDICTION_STEP]
     if low == number.value:
-        sizes.append(eps / number.size)
-    contact_bound = max(runs.corner(name, size) for size in sizes)
-    contact_bound += (
-        JUMP * sum(runs.at(value)[name].model for value in (low, high)) / (high - low)
-    )
-    return replace(difference, eps=eps, remainder=difference.remainder + contact_bound)
+        corner_distances.append(eps / number.size)
+    corner_bound = max(runs.corner(name, distance) for distance in corner_distances)
+    # The model errors of the two runs may jump independently of each other.
+    model_errors = sum(runs.at(value)[name].model_error for value in (low, high))
+    jump_bound = JUMP * model_errors / (high - low)
+    remainder = difference.remainder + (corner_bound + jump_bound)
+    return replace(difference, eps=eps, remainder=remainder)
 
 
 def _own_gradient(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:

@@ -70,9 +70,11 @@ class MeasuredLimit:
     predicted: float | None  # [s]; infinite if no step is too large, None without theory
     holds: float | None  # [s] largest step that holds; None if none that was tried does
     fails: float | None  # [s] next step of the grid; None if all that were tried hold
-    why: str  # what fails at the next step, or why nothing does
-    reason: str = ""  # reason of the prediction
-    continuous: float | None = None  # limit of a loop whose joint moves continuously
+    why: str  # what fails in the run at the next step, or why nothing does
+    reason: str = ""  # reason for the predicted limit
+    # Limit of the loop if its joint moved without the errors of steps, in the unit of the kind;
+    # None if the limit is of no loop
+    continuous: float | None = None
 
     @property
     def measured(self) -> bool:
@@ -146,11 +148,13 @@ def searched_limits(
     unstable = _limit(
         trials, "unstable", by_kind.get("unstable"), trials.keeps_nudge_small, FIRST_TRIAL_STEP
     )
-    start = (unstable.holds or unstable.fails or 0.0) / trials.fastest
+    start = (unstable.holds or unstable.fails or 0.0) / trials.fastest_period
     changes = _limit(
         trials, "changes-kind", by_kind.get("changes-kind"), trials.keeps_kind, start
     )
-    if changes.fails and not trials.keeps_nudge_small(exponent(changes.fails / trials.fastest)):
+    if changes.fails and not trials.keeps_nudge_small(
+        exponent(changes.fails / trials.fastest_period)
+    ):
         # The first search may have begun beyond unstable steps.
         predicted_step = unstable.predicted
         reason = unstable.reason
@@ -171,7 +175,7 @@ def _limit(
     """Returns the limit of a `kind`. The search begins at the predicted limit, or at `start`
     fastest periods if there is no prediction."""
     if predicted is not None:
-        start = predicted.step / trials.fastest
+        start = predicted.step / trials.fastest_period
     every = 1 if trials.monotone else TRIAL_STRIDE
     end = LARGEST_TRIAL_STEP if trials.monotone else LARGEST_STEP_AWAY
     low = exponent(SMALLEST_TRIAL_STEP, every)
@@ -216,7 +220,7 @@ class Trials:
 
     def step(self, number: int) -> float:
         """Returns a step of the grid [s]."""
-        return float(self.fastest * TRIAL_STEP_RATIO**number)
+        return float(self.fastest_period * TRIAL_STEP_RATIO**number)
 
     def outcome(self, number: int) -> Outcome:
         """Returns the outcome of runs at a step of the grid."""
@@ -225,21 +229,23 @@ class Trials:
         return self.outcomes[number]
 
     @cached_property
-    def fastest(self) -> float:
+    def fastest_period(self) -> float:
         """The fastest period [s]; without theory, the largest of the scene's own steps."""
         return self.theory.fastest if self.theory else self.case.scene.steps[0]
 
     @property
     def monotone(self) -> bool:
-        """Whether all steps above the first step that fails do, too. They do if eigenvalues set the
-        limit, or friction brings all motions to the same rest."""
+        """Whether all steps above the first step that fails fail, too. They do if eigenvalues set
+        the limit, or friction brings all motions to the same rest."""
         return self.theory is None or self.theory.equilibrium
 
     @cached_property
     def exact(self) -> Signals:
         """The exact motion over the scene's duration, or over FOLLOWED fastest periods if they are
         longer and the motion is known for so long."""
-        longest = max(self.case.scene.duration, FOLLOWED * self.fastest if self.theory else 0.0)
+        longest = max(
+            self.case.scene.duration, FOLLOWED * self.fastest_period if self.theory else 0.0
+        )
         try:
             return self.case.reference.observe(np.linspace(0.0, longest, FOLLOWED_SAMPLES))
         except ParameterError:
@@ -260,13 +266,19 @@ class Trials:
         return scales
 
     @cached_property
-    def grown_scales(self) -> Mapping[str, float]:
+    def nudge_growth_scales(self) -> Mapping[str, float]:
         """{observable of the state: the scale for the growth of a nudge}. The scale of a rate is at
-        least the rate of the fastest mode with the scale of its angle."""
+        least the largest rate of an oscillation in the fastest mode whose amplitude is the scale of
+        the angle: 2 pi times this scale, divided by the period."""
         if self.theory is None:
             return self.scales
-        rates = {f"{n}_dot": size * math.tau / self.fastest for n, size in self.scales.items()}
-        return {n: max(size, rates.get(n, 0.0)) for n, size in self.scales.items()}
+        rate_scales = {
+            f"{name}_dot": math.tau * scale / self.fastest_period
+            for name, scale in self.scales.items()
+        }
+        return {
+            name: max(scale, rate_scales.get(name, 0.0)) for name, scale in self.scales.items()
+        }
 
     @cached_property
     def nudged(self) -> Case:
@@ -286,7 +298,7 @@ class Trials:
         if scheme_of(self.case, self.method).unit > 1.0:
             return SINGLE_NUDGE
         growth = (
-            self.theory.growth(MIN_RUN_STEPS * self.fastest * FIRST_TRIAL_STEP)
+            self.theory.growth(MIN_RUN_STEPS * self.fastest_period * FIRST_TRIAL_STEP)
             if self.theory
             else 1.0
         )
@@ -305,7 +317,7 @@ class Trials:
 
     def _run_outcome(self, step: float) -> Outcome:
         """Returns the outcome of runs at a step [s]."""
-        steps = max(MIN_RUN_STEPS, math.ceil(MIN_RUN_PERIODS * self.fastest / step))
+        steps = max(MIN_RUN_STEPS, math.ceil(MIN_RUN_PERIODS * self.fastest_period / step))
         with np.errstate(all="ignore"):  # runs that are lost overflow
             early = self._outcome_of_steps(step, PILOT)
             return early if early[0] else self._outcome_of_steps(step, steps)
@@ -337,7 +349,7 @@ class Trials:
         differences = np.max(
             [
                 np.abs(nudged.observables[name] - run.observables[name]) / scale
-                for name, scale in self.grown_scales.items()
+                for name, scale in self.nudge_growth_scales.items()
                 if name in run.observables
             ],
             axis=0,

@@ -41,9 +41,9 @@ class Listed:
     results: tuple[tuple[str, str], ...]
 
 
-def begun(store: Connection, plan: str) -> tuple[int, bool]:
-    """The number of the study with this plan that is to be resumed, or of a new study; and whether
-    the study was there before."""
+def study_number(store: Connection, plan: str) -> tuple[int, bool]:
+    """Returns the number of the study with this plan, and whether the store had it before. If it
+    did not, the plan is stored with the next number."""
     with transaction(store):
         query = f"select study from result where key = ? and body = ? and {NUMBERED}"
         if found := store.execute(query, (PLAN, plan)).fetchone():
@@ -58,7 +58,7 @@ def forget(store: Connection, plan: str) -> None:
     """Removes the plan of a study that was to be resumed. If the study was complete before, its
     results stay."""
     with transaction(store):
-        number, _ = begun(store, plan)
+        number, _ = study_number(store, plan)
         query = "select 1 from result where study = ? and key = ?"
         stays = store.execute(query, (number, STUDY)).fetchone()
         only = "and key = 'plan'" if stays else ""

@@ -84,7 +84,8 @@ def _connection(file: Path, mode: str) -> sqlite3.Connection:
     store = sqlite3.connect(
         f"file:{name}?mode={mode}", uri=True, timeout=LOCK_WAIT, isolation_level=None
     )
-    store.text_factory = partial(str, encoding="utf-8", errors="replace")  # a flipped bit, too
+    # Damaged text is read, too, instead of raising an exception.
+    store.text_factory = partial(str, encoding="utf-8", errors="replace")
     store.execute("pragma trusted_schema = off")
     return store
 

@@ -28,7 +28,7 @@ def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Kee
     returns. Raises ParameterError if the file is no store."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
-        number, _ = store.begun(opened, key_of_sweep(asked))
+        number, _ = store.study_number(opened, key_of_sweep(asked))
         there = store.stored_results(opened, number, map(str, range(asked.chunks)), Chunk)
         if not store.stored_results(opened, number, (REQUEST,), Sweep):
             store.keep(opened, number, {REQUEST: asked})
@@ -59,4 +59,4 @@ def keep_worst(file: Path, found: Found) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
         key = key_of("worst", found.box, found.method, found.step, found.runs)
-        store.keep(opened, store.begun(opened, key)[0], {"worst": found})
+        store.keep(opened, store.study_number(opened, key)[0], {"worst": found})

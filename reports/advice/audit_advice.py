@@ -281,9 +281,11 @@ def _model_effects(audit: Audit, index: int) -> tuple[ModelEffect, ...]:
     if held.velocity > AT_REST:
         return ()
     if held.depth > max(VISIBLE_DEPTH, audit.error):
-        effects.append(ModelEffect("depth", held.depth, held.deepest, held.softness))
+        effects.append(ModelEffect("depth", held.depth, held.deepest_geoms, held.softness))
     if held.drift > VISIBLE_DRIFT:
-        effects.append(ModelEffect("drift", held.drift, held.drifting, held.regularisation))
+        effects.append(
+            ModelEffect("drift", held.drift, held.drifting_geoms, held.regularisation)
+        )
     return tuple(effects)
 
 

@@ -25,7 +25,8 @@ from plumbob.reports.judge.verdict import JudgedMethod, Verdict
 DEFAULT_METHOD, RECOMMENDED_STEP = DEFAULT
 # Verdicts that rule a method out.
 UNTRUSTED = ("off-prediction", "inaccurate", "not-converging", "diverged", "cut-short")
-UNJUDGED = "pre-asymptotic"  # verdict with which the errors of the runs decide
+# With this verdict, the method is judged by the errors of its runs.
+UNJUDGED = "pre-asymptotic"
 # Integrator of methods that are no simulation, and are not recommended.
 CLOSED_FORM_INTEGRATOR = "closed-form"
 

@@ -19,7 +19,7 @@ def at_most(what: str, measured: float, bound: float, unit: str = "") -> Claim:
     return Claim(text, abs(measured) <= bound)
 
 
-def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
+def clearly_larger(what: str, large: float, small: float, unit: str = "") -> Claim:
     """Returns the check that |large| is at least CLEAR_RATIO times |small|; `what` names both."""
     text = (
         f"{what}: {_with_unit(abs(large), unit)} beside {_with_unit(abs(small), unit)}, less than "

@@ -22,7 +22,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan
-from plumbob.engines.audit.trims import effects_of_changes
+from plumbob.engines.audit.trims import TrimmedFile, effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.closed_loop import load_function, load_policy
 from plumbob.engines.own_motion import AS_IT_STANDS, Start
@@ -536,7 +536,7 @@ def write_trimmed_file(
     (read_back,) = effects_of_changes(
         audit.model, audit.script, steps.own.parts, steps.index, offered
     )
-    return replace(audit, written=(target.name, read_back))
+    return replace(audit, written=TrimmedFile(target.name, read_back))
 
 
 def episode_plan(chosen: argparse.Namespace) -> EpisodePlan:

@@ -144,16 +144,21 @@ def _drawn_surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
 def compared_errors(
     scene: Scene, method: Method, judgement: Judgement, step: float
 ) -> list[float]:
-    """Returns the relative errors that the error at a drawn `step` must not exceed by much. For a
-    known limit they are the errors at all listed steps. For a solver with a tolerance they are the
-    errors at the two nearest tolerances. For any other pair the list is empty: there is a
-    prediction. The error may be below all of them, since it may change its sign between listed
-    steps."""
+    """Returns the relative errors that the error at a drawn `step` must not exceed by much; `step`
+    is a step [s], or the tolerance of a solver.
+
+    For a solver with a tolerance they are the errors at the two nearest tolerances. For a known
+    limit they are the errors at all listed steps. For any other scene and method the list is empty,
+    because their error is checked against a prediction. There is no lower bound: the error may pass
+    through zero between two listed steps.
+    """
     errors = judgement.errors
     if method.control == "tolerance":
         nearest = sorted(errors, key=lambda listed: abs(math.log(listed / step)))[:2]
         return [errors[listed] for listed in nearest]
-    return list(errors.values()) if expected(scene.name, method.name).limit else []
+    if expected(scene.name, method.name).limit:
+        return list(errors.values())
+    return []
 
 
 def verdict_is_expected(scene: Scene, method: Method, judgement: Judgement) -> bool:

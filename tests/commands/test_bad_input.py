@@ -4,15 +4,18 @@ import os
 import re
 import shlex
 import tomllib
+from argparse import ArgumentParser
 from contextlib import chdir
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
+from plumbob.reports.commands.arguments import options
 from plumbob.tests.commands.test_cli import ran
 from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import made_up, quick
@@ -131,3 +134,15 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
     assert "Not shown by this study: 1 of the findings" in text
     assert "cone_pendulum/equilibria (&#39;fork&#39; is undefined)" in text
     assert "Two equilibria become four" not in text
+
+
+def test_an_argument_with_two_names_is_refused_by_its_long_name(tmp_path, monkeypatch):
+    (tmp_path / "shared.toml").write_text("", "utf-8")
+    text = 'examples = []\n["-n --number"]\nkind = "number"\n'
+    (tmp_path / "tried.toml").write_text(text, "utf-8")
+    monkeypatch.setattr(options, "OPTIONS", tmp_path)
+    parser = ArgumentParser()
+    options.declare(parser, "tried", options)
+    with pytest.raises(ParameterError) as refused:
+        options.read_values(parser.parse_args(["-n", "one"]))
+    assert refused.value.name == "number"

@@ -290,9 +290,9 @@ def test_a_limit_stops_a_joint():
 
 def drift(settings):
     """How far a cube that friction holds on an incline moves in 50 ms, from rest on it."""
-    from plumbob.engines.adapters.drake.scenes import settled
+    from plumbob.engines.adapters.drake.scenes import with_settled_start
 
-    parts = settled(scene_mechanism("incline/rest"), settings)
+    parts = with_settled_start(scene_mechanism("incline/rest"), settings)
     made = stepper(parts.mechanism, settings)
     made.put(parts.start)
     return stepped(made, parts, 50).qpos[0] - parts.start.qpos[0]
@@ -309,13 +309,13 @@ def test_a_body_that_should_stick_drifts_in_proportion_to_the_stiction_tolerance
 def test_bodies_that_stand_on_a_plane_start_at_rest_on_their_contacts():
     """The static penetration of a stack is the weights over 5e5 N/m a contact; a disc that leans,
     and would fall, starts as it is."""
-    from plumbob.engines.adapters.drake.scenes import settled
+    from plumbob.engines.adapters.drake.scenes import with_settled_start
 
     parts = scene_mechanism("stack/equal")
-    lower = (parts.start.qpos - settled(parts, {}).start.qpos).tolist()
+    lower = (parts.start.qpos - with_settled_start(parts, {}).start.qpos).tolist()
     masses = np.array([body.mass for body in parts.mechanism.bodies[1:]])
     carried = 9.81 * np.cumsum(masses[::-1])[::-1]
     # The depth of two boxes in each other is found to 1e-11 m or so.
     assert lower == pytest.approx(np.cumsum(carried / 5e5).tolist(), abs=1e-10)
     falling = scene_mechanism("rolling-disc/circle")
-    assert settled(falling, {}) is falling
+    assert with_settled_start(falling, {}) is falling

@@ -160,7 +160,7 @@ def test_rounding_of_single_precision_is_no_growth_of_a_nudge(monkeypatch):
     monkeypatch.setattr(stability, "MIN_RUN_STEPS", 1000)
     case = case_of(find_scene("cone-pendulum/pitchfork"))
     trials = stability.Trials(case, find_method("newton/featherstone"), stability_of(case))
-    number = exponent(0.3 / trials.fastest)
+    number = exponent(0.3 / trials.fastest_period)
     assert trials.keeps_nudge_small(number), trials.outcome(number)
 
 

@@ -14,7 +14,7 @@ from plumbob.engines.study.stability import SceneLimits
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
-from plumbob.reports.analyses.claims import CLEAR_RATIO, at_most, between, clear
+from plumbob.reports.analyses.claims import CLEAR_RATIO, at_most, between, clearly_larger
 from plumbob.reports.records.page_records import ENGINES_SECTION
 from plumbob.reports.view.site.claims import NOT_SHOWN, checked_findings
 from plumbob.tests.site import whole_profile
@@ -183,8 +183,8 @@ def test_what_is_not_shown_is_not_claimed(before, after):
     [
         (at_most("x", -1.0, 1.0), at_most("x", -1.01, 1.0)),
         (at_most("x", 0.0, 1.0), at_most("x", float("nan"), 1.0)),
-        (clear("x", -CLEAR_RATIO, 1.0), clear("x", 0.99 * CLEAR_RATIO, 1.0)),
-        (clear("x", 1.0, 0.0), clear("x", 0.0, 0.0)),
+        (clearly_larger("x", -CLEAR_RATIO, 1.0), clearly_larger("x", 0.99 * CLEAR_RATIO, 1.0)),
+        (clearly_larger("x", 1.0, 0.0), clearly_larger("x", 0.0, 0.0)),
         (between("x", 1.0, 1.0, 2.0), between("x", 2.01, 1.0, 2.0)),
     ],
 )

@@ -17,7 +17,7 @@ def save(study, file):
         scene = request.scene if getattr(request, "of_pair", False) else ""
         results[str(request)] = TaskResult(result, request, scene)
     with writing(file) as opened, transaction(opened):
-        number, _ = store.begun(opened, "")
+        number, _ = store.study_number(opened, "")
         store.keep(opened, number, results)
         store.complete(opened, number, study, results)
     return number

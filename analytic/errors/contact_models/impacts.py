@@ -92,35 +92,41 @@ def soft_impact(restitution: float, step: float) -> SoftImpact:
     return SoftImpact(rate**2, 2.0 * zeta * rate)
 
 
-def held_impulses(ends: Array, weights: Array, friction: float, push: float) -> Array:
+def held_impulses(
+    velocity: Array, inverse_masses: Array, friction: float, normal_impulse: float
+) -> Array:
     """Returns a contact point's impulses [N s] along the floor and normal to it, shape (2,).
 
-    The point has velocities `ends` [m/s], shape (2,), and inverse masses `weights` [1/kg], shape
-    (2, 2). The normal impulse is `push` [N s]. Friction, a multiple `friction` of it at most, ends
-    the slip.
+    `velocity` is the point's velocity [m/s] along the floor and normal to it before the impulses,
+    shape (2,), and `inverse_masses` [1/kg], shape (2, 2), times the impulses are its change. The
+    impulse of friction is the one that stops the slip, if it need not exceed `friction` times
+    `normal_impulse` [N s]. Otherwise it is limited to this product.
     """
-    limit = friction * push
-    sticking = (-ends[0] - weights[0, 1] * push) / weights[0, 0]
-    return np.array([np.clip(sticking, -limit, limit), push])
+    limit = friction * normal_impulse
+    sticking = (-velocity[0] - inverse_masses[0, 1] * normal_impulse) / inverse_masses[0, 0]
+    return np.array([np.clip(sticking, -limit, limit), normal_impulse])
 
 
 def hard_impulses(
-    ends: Array, weights: Array, friction: float, pull: float, restitution: float
+    velocity: Array, inverse_masses: Array, friction: float, fall: float, restitution: float
 ) -> Array:
     """Returns pymunk's impulses [N s] along the floor and normal to it, shape (2,).
 
     Arguments are as in `held_impulses`. Pymunk solves the two impulses in turns. The normal impulse
-    reverses the velocity before a step's gravity was added: `pull` [m/s].
+    reverses the `velocity`, which does not include the speed `fall` [m/s] that gravity adds in the
+    step, and cancels `fall`.
     """
     along, normal = 0, 1
-    changes = np.array([-ends[0], pull - ends[1] - restitution * min(ends[1], 0.0)])
+    bounce = restitution * min(velocity[1], 0.0)
+    changes = np.array([-velocity[0], fall - velocity[1] - bounce])
     impulses = np.zeros(2)
     for _ in range(SOLVER_ITERATIONS):
-        missing = changes[normal] - weights[normal] @ impulses
-        impulses[normal] = max(impulses[normal] + missing / weights[normal, normal], 0.0)
+        missing = changes[normal] - inverse_masses[normal] @ impulses
+        unclamped = impulses[normal] + missing / inverse_masses[normal, normal]
+        impulses[normal] = max(unclamped, 0.0)
         limit = friction * impulses[normal]
-        missing = changes[along] - weights[along] @ impulses
-        sticking = impulses[along] + missing / weights[along, along]
+        missing = changes[along] - inverse_masses[along] @ impulses
+        sticking = impulses[along] + missing / inverse_masses[along, along]
         impulses[along] = np.clip(sticking, -limit, limit)
     return impulses
 

@@ -45,9 +45,9 @@ def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) ->
             # pymunk's contact is at the rod's end, MuJoCo's halfway between end and floor.
             arm = place[1] - (lowest if first else lowest / 2.0)
             jacobian = np.array([[1.0, 0.0, arm], [0.0, 1.0, -half * np.cos(place[2])]])
-            velocities = jacobian @ rates
-            weights = jacobian @ mobility @ jacobian.T
-            impulses = _impulses(rod, first, step, lowest, velocities, weights)
+            velocity = jacobian @ rates
+            inverse_masses = jacobian @ mobility @ jacobian.T
+            impulses = _impulses(rod, first, step, lowest, velocity, inverse_masses)
             rates = rates + mobility @ jacobian.T @ impulses
         rates = rates - [0.0, step * rod.gravity, 0.0]
         if not first:
@@ -57,20 +57,25 @@ def stepped_places(rod: RodImpact, scheme: Scheme, step: float, marks: Array) ->
 
 
 def _impulses(
-    rod: RodImpact, hard: bool, step: float, lowest: float, velocities: Array, weights: Array
+    rod: RodImpact,
+    hard: bool,
+    step: float,
+    lowest: float,
+    velocity: Array,
+    inverse_masses: Array,
 ) -> Array:
     """Returns the impulses [N s] of the floor on a rod's end, along the floor and normal to it.
 
     The contact is pymunk's if it is `hard`, else MuJoCo's. The end is at the height `lowest` [m].
-    Its contact point has the `velocities` [m/s] and the inverse masses `weights` [1/kg].
+    The `velocity` and the `inverse_masses` of its contact point are as in `held_impulses`.
     """
     if hard:
-        pull = step * rod.gravity
-        return hard_impulses(velocities, weights, rod.friction, pull, rod.restitution)
+        fall = step * rod.gravity
+        return hard_impulses(velocity, inverse_masses, rod.friction, fall, rod.restitution)
     contact = soft_impact(rod.restitution, step)
-    acceleration = contact.contact_acceleration(lowest, velocities[1])
-    push = acceleration / rod.weights[2] * step
-    return held_impulses(velocities, weights, rod.friction, push)
+    acceleration = contact.contact_acceleration(lowest, velocity[1])
+    normal_impulse = acceleration / rod.weights[2] * step
+    return held_impulses(velocity, inverse_masses, rod.friction, normal_impulse)
 
 
 def rod_errors(rod: RodImpact) -> StepErrors:

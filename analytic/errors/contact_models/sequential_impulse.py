@@ -39,7 +39,7 @@ class SequentialImpulse:
     iterations: int  # solver iterations in a step
     reach: tuple[float, float]  # [m] hindmost and foremost support along the line, from C
     factor: float = 1.0  # largest convergence factor of an iteration while every support sticks
-    one_foot_factor: float = 1.0  # convergence factor on a line while only one foot sticks
+    one_foot_factor: float = 1.0  # largest convergence factor while one support sticks
     depth: float = 0.0  # [m] overlap at which contacts act
 
     @property
@@ -49,8 +49,8 @@ class SequentialImpulse:
 
     @property
     def one_foot_residual(self) -> float:
-        """Bound on the residual fraction of a velocity for any number of sticking feet: the
-        fraction with one."""
+        """Bound on the residual fraction of a velocity for any number of sticking supports: the
+        larger of the fractions with one and with all of them."""
         return float(max(self.one_foot_factor, self.factor) ** self.iterations)
 
 

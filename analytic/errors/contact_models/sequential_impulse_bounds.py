@@ -149,9 +149,9 @@ def _iteration_bounds(
     """Returns bounds on the error of unfinished solver iterations.
 
     Each change of a force leaves a residual velocity. If friction has a reserve, the reserve stops
-    the residual; if not, the residual lasts to the end. A switch inside a step changes the velocity
-    by a part in that step and by the rest in the next: the push of the slider leaves a residual for
-    two steps.
+    the residual. If friction has none, the residual lasts to the end. A switch inside a step
+    changes the velocity by a part in that step and by the rest in the next step. The push of the
+    slider therefore leaves a residual for two steps.
     """
     need = solver_demand(problem, motion)
     step = solver.step
@@ -169,8 +169,9 @@ def _iteration_bounds(
     decay_time += (2.0 if need.push else 1.0) * step
     distance = need.changes * velocity_residual * decay_time
     distance += friction_residual * need.sliding
-    # Iterations reduce the kinetic energy: a residual rate is a residual speed over the radius of
-    # gyration, or over the supports' arm if that is shorter.
+    # Iterations never raise the kinetic energy, so that the residual rate of rotation is at most
+    # the residual speed divided by the radius of gyration. If the supports' arm is shorter, the
+    # speed is divided by this arm.
     capsule = motion.capsule
     speed = 2.0 * velocity_residual
     radius = min(support_arm(capsule), radius_of_gyration(capsule))
@@ -224,13 +225,17 @@ def _contact_depth_bounds(
 ) -> Bounds:
     """Returns bounds on the normal forces [N] from the overlap of the contacts.
 
-    Friction acts below C by the overlap. Its moment shifts load between the feet, and moves the
-    centre of pressure.
+    The contacts act where body and ground overlap, so that friction acts below C, the body's centre
+    of mass, by the depth of the overlap. The moment of friction about C shifts load from one
+    support to the other. It also changes the loads as much as a displacement of the slider would
+    whose weight has the same moment.
     """
     capsule = motion.capsule
-    moment = _friction_limit(problem) * motion.mass * solver.depth
-    pressure_shift = moment * steepest_load(capsule) / (capsule.slider_mass * capsule.gravity)
-    return dict.fromkeys(NORMAL_FORCES, moment / _support_distance(solver) + pressure_shift)
+    moment = _friction_limit(problem) * motion.mass * solver.depth  # [N m]
+    shifted_load = moment / _support_distance(solver)  # [N]
+    slider_displacement = moment / (capsule.slider_mass * capsule.gravity)  # [m]
+    load_change = slider_displacement * steepest_load(capsule)  # [N]
+    return dict.fromkeys(NORMAL_FORCES, shifted_load + load_change)
 
 
 def _straight_feet_bounds(

@@ -103,29 +103,32 @@ def _implicit_slopes(ratios: StateParts, w: StateParts, step: Any) -> StateParts
 
 
 def _rotated(q: StateParts, w: StateParts, step: Any) -> StateParts:
-    """Returns q exp(h w/2), for power series whose step h is of first degree in the variable."""
+    """Returns q exp(h w/2), where the parts are power series in the step h."""
     if not len(q):
         return q
     half = (0.0, *[step * x / 2 for x in w])
-    total: StateParts = (1.0, 0.0, 0.0, 0.0)
-    term = total
+    turn: StateParts = (1.0, 0.0, 0.0, 0.0)
+    exponential_term = turn
     for k in range(1, len(half[1].terms)):
-        term = [x / k for x in quaternion_product(term, half)]
-        total = advance_parts(total, term, 1.0)
-    return quaternion_product(q, total)
+        exponential_term = [x / k for x in quaternion_product(exponential_term, half)]
+        turn = advance_parts(turn, exponential_term, 1.0)
+    return quaternion_product(q, turn)
 
 
 def _rotated_along_tangent(q: StateParts, w: StateParts, step: Any) -> StateParts:
-    """Returns q (1 + h w/2), normalised, for power series: a turn by the angle 2 atan(|w| h/2)."""
+    """Returns q (1 + h w/2), normalised, where the parts are power series in the step h. The
+    attitude q is turned by the angle 2 atan(|w| h/2)."""
     if not len(q):
         return q
     half = [step * x / 2 for x in w]
     square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
-    total = term = 1.0 + 0.0 * square
-    for k in range(1, len(square.terms) // 2 + 1):  # binomial series of 1/sqrt(1 + square)
-        term = term * square * (0.5 / k - 1.0)
-        total = total + term
-    return quaternion_product(q, [total, *(total * x for x in half)])
+    # The cosine of half the angle is 1/sqrt(1 + square), by its binomial series. The square begins
+    # with h^2, so that its powers above half the number of terms have no term left.
+    cosine = binomial_term = 1.0 + 0.0 * square
+    for k in range(1, len(square.terms) // 2 + 1):
+        binomial_term = binomial_term * square * (0.5 / k - 1.0)
+        cosine = cosine + binomial_term
+    return quaternion_product(q, [cosine, *(cosine * x for x in half)])
 
 
 def free_body_errors(body: FreeBody) -> ErrorSeries:

@@ -161,13 +161,15 @@ def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
 
 
 def step_limit(kind: FailureKind, step: float, how: str, rate: float) -> StepLimit:
-    """Returns the record of a limit at a `step` [s], whose reason begins with `how` and gives the
-    step as h omega, for the motion's fastest `rate` [rad/s]."""
-    reason = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
+    """Returns the record of a limit at a `step` [s]. The step is 0 if every step tried is too
+    large, and infinite if none is. `how` begins the reason, such as "the motion is no longer a
+    libration at". The reason gives the step as h omega, for the motion's fastest `rate` [rad/s]."""
     if math.isinf(step):
         reason = "no step tried is too large"
-    if not step:
+    elif step == 0.0:
         reason = f"{how} every step tried"
+    else:
+        reason = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
     return StepLimit(kind, step, reason)
 
 
@@ -175,9 +177,9 @@ def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     """Returns the steps [s] below which all steps are stable, and below which all keep the kind.
 
     A limit is infinite if no step of FIRST_PASS_STEPS fails, zero if all fail. If the kind changes
-    before any step is unstable, the first limit is NaN: the motion that is stable then is another
-    one. Windows of failure are missed if they are narrower than the grid's factor: 1.13, and 1.04
-    within STEPS_BELOW_FAILURE of the limit."""
+    before any step is unstable, the first limit is NaN, because the motion that is stable at larger
+    steps is another motion. Windows of failure are missed if they are narrower than the grid's
+    factor: 1.13, and 1.04 within STEPS_BELOW_FAILURE of the limit."""
     steps = np.geomspace(*FIRST_PASS_STEPS, COARSE) * motion.fastest
     _, keeps_kind = trial_results(motion, steps, np.full(COARSE, FIRST_PASS_RUN_STEPS))
     fails = min(_first_failure(steps, keeps_kind)[1], steps[-1])

@@ -43,11 +43,12 @@ TURNING_SAMPLES = 65
 
 @dataclass(frozen=True)
 class _Weierstrass:
-    """Weierstrass' function P(t), by a root of its cubic 4 e^3 - g2 e - g3 and A and B."""
+    """Weierstrass' function P(t), given by g2, one root e of its cubic 4 e^3 - g2 e - g3 = 0, and
+    the numbers A and B of Jacobi's functions (module docstring)."""
 
     g2: Quad  # [1/s^4]
-    e: Quad  # a root of the cubic [1/s^2]
-    real: Any  # bool: whether the other two roots are real
+    e: Quad  # [1/s^2] isolated root of the cubic
+    real: Any  # bool: whether the other two roots of the cubic are real
     a: Quad  # A [1/s]
     b: Quad  # B [1/s]
 

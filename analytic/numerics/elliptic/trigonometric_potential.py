@@ -102,17 +102,19 @@ def _newton_angles(potential: TrigonometricPotential, theta: Quad) -> Quad:
 def _approximate_angles(potential: TrigonometricPotential) -> Array:
     """Returns approximate angles of the critical points, ascending.
 
-    They are the arguments of the roots of dV/dtheta = 0 in z = e^(i theta), where a, b and c are
-    the coefficients of `potential`: -a z^4 + (c - ib) z^3 - (c + ib) z + a = 0. The code has the
-    equation with the opposite sign.
+    In z = e^(i theta), dV/dtheta = 0 is the equation a z^4 - (c - ib) z^3 + (c + ib) z - a = 0,
+    where a, b and c are the coefficients of `potential`. The angles are the arguments of its roots
+    on the unit circle.
     """
     a = potential.a
     b = potential.b
     c = potential.c
     tiny = 1e-8 * (abs(b) + abs(c))
-    lead = a if abs(a) > tiny else tiny  # Newton's method corrects this change later
-    roots = np.roots([lead, 1j * b - c, 0.0, c + 1j * b, -lead])
-    return np.sort(np.angle(roots[np.abs(np.abs(roots) - 1.0) < 1e-4]))
+    # The first coefficient must not be zero. Newton's method corrects this change of `a` later.
+    nonzero_a = a if abs(a) > tiny else tiny
+    roots = np.roots([nonzero_a, 1j * b - c, 0.0, c + 1j * b, -nonzero_a])
+    on_circle = np.abs(np.abs(roots) - 1.0) < 1e-4
+    return np.sort(np.angle(roots[on_circle]))
 
 
 def _symmetric_angles(potential: TrigonometricPotential) -> Quad:

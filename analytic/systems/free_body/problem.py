@@ -147,11 +147,13 @@ class FreeBody:
             return errors
         inertia = double(self.rotation.inertia)[:, None]
         torque = np.abs(np.cross(inertia * rates, rates, axis=0))
-        begin = abs(constants.begin)
-        late += ULP * (begin + np.minimum(self.half_period / 2, begin + np.abs(times)))
-        sizes = np.empty((3, 1))
-        sizes[[*constants.axes], 0] = constants.sizes
-        momentum_error = FREE_BODY_ROUNDINGS * ULP * sizes + late * torque
+        start_time = abs(constants.start_time)
+        late += ULP * (
+            start_time + np.minimum(self.half_period / 2, start_time + np.abs(times))
+        )
+        amplitudes = np.empty((3, 1))
+        amplitudes[[*constants.axes], 0] = constants.amplitudes
+        momentum_error = FREE_BODY_ROUNDINGS * ULP * amplitudes + late * torque
         errors[:3] = momentum_error / inertia
         size = np.sqrt((momentum_error**2).sum(axis=0))
         errors[3:] += size / double(self.rotation.magnitude) / 2
@@ -176,7 +178,7 @@ class FreeBody:
         one unit in the last place of the momentum's magnitude; the response is measured with the
         relative `change`."""
         rotation = self.rotation
-        wait = -constants.begin
+        wait = -constants.start_time
         if wait < 0.0 and math.isfinite(self.half_period):
             wait += self.half_period
         # the exact motion from the time of that passage on, and its neighbours

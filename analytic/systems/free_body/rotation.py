@@ -103,12 +103,12 @@ class RotationConstants:
     axes: tuple[int, int, int]  # c, m and o: 0, 1 or 2
     side: float  # sign of l_c
     signs: tuple[float, float]  # signs of l_m and l_o if sn and cn are positive
-    sizes: Array  # C, M and O [kg m^2/s], shape (3,)
+    amplitudes: Array  # [kg m^2/s] C, M and O, the largest |l_c|, |l_m| and |l_o|, shape (3,)
     a: Quad  # A [1/s]
     b: Quad  # B [1/s]
     half_turn: Quad  # half the period of the angular velocity [s]; infinite on the separatrix
-    begin: float  # tau at time 0 [s], at most a quarter turn
-    even_rate: Quad  # phi' at the largest l_c, which is C [rad/s]
+    start_time: float  # tau at time 0 [s], at most a quarter turn
+    base_rate: Quad  # [rad/s] phi' at the times when |l_c| is largest, that is C
     extra: Quad  # +-beta^2/L [rad/s]
     integral: ReciprocalIntegral
 
@@ -120,22 +120,22 @@ class RotationConstants:
         momentum = np.empty((3, times.size))
         sign = np.where(turns % 2.0 == 0.0, 1.0, -1.0)
         parts = (self.side * dn, self.signs[0] * sign * sn, self.signs[1] * sign * cn)
-        momentum[[*self.axes]] = self.sizes[:, None] * parts
-        phase = quad(times) * self.even_rate
+        momentum[[*self.axes]] = self.amplitudes[:, None] * parts
+        phase = quad(times) * self.base_rate
         if np.isfinite(double(self.half_turn)):
             phase = phase + quad(turns) * self._extra_per_half_turn
-        edge = self.integral.at(np.append(reduced_time, self.begin), self.extra)
+        edge = self.integral.at(np.append(reduced_time, self.start_time), self.extra)
         return momentum, _reduced_angle(phase) + (edge[:-1] - edge[-1])
 
     @cached_property
     def _extra_per_half_turn(self) -> Quad:
-        """Part of phi beyond the even rate in half a turn [rad]."""
+        """Part of phi in half a turn that the base rate leaves out [rad]."""
         return self.extra * self.integral.over_half_turn
 
     def _reduced_time(self, times: Array) -> tuple[Array, Array]:
         """Returns the number of half turns since tau = 0, and the remaining tau [s], at most a
         quarter turn."""
-        tau = quad(times) + quad(self.begin)
+        tau = quad(times) + quad(self.start_time)
         if not np.isfinite(double(self.half_turn)):
             return np.zeros_like(times), double(tau)
         turns = np.rint(double(tau / self.half_turn))
@@ -162,31 +162,37 @@ def _inverse_difference(body: Rotation, i: int, j: int) -> Quad:
 def _constants_for(
     body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad
 ) -> RotationConstants:
-    """Returns the constants with the `axes` c, m and o; `high` is the axis of the largest
-    moment."""
+    """Returns the constants of the closed form (module docstring).
+
+    `axes` are the axes c, m and o: the momentum goes round c, m has the middle moment of inertia,
+    and o is the third axis. `high` is the axis of the largest moment of inertia.
+    """
     (c, middle, o) = axes
     d_co = _inverse_difference(body, c, o)
     d_cm = _inverse_difference(body, c, middle)
     alpha, beta = _alpha_and_beta(body, axes)
-    sizes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
+    amplitudes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
     a = alpha * np.sqrt(d_cm)
     b = np.sqrt(d_co * abs(kappa))
-    part = sizes[0] / body.magnitude
+    part = amplitudes[0] / body.magnitude
+    o_part = amplitudes[2] / body.magnitude
     extra = (1 if c == high else -1) * beta * beta / body.magnitude
     side, signs = _signs(body, axes, high)
-    sn = signs[0] * body.momentum[middle] / sizes[1]
+    # sn and cn of A tau at time 0
+    sn = signs[0] * body.momentum[middle] / amplitudes[1]
+    cn = abs(body.momentum[o]) / amplitudes[2]
     return RotationConstants(
         axes=axes,
         side=side,
         signs=signs,
-        sizes=double(sizes),
+        amplitudes=double(amplitudes),
         a=a,
         b=b,
         half_turn=half_turn(a, b),
-        begin=float(time_of_point(sn, abs(body.momentum[o]) / sizes[2], a, b)),
-        even_rate=body.magnitude / body.inertia[c] + extra / (1 + part),
+        start_time=float(time_of_point(sn, cn, a, b)),
+        base_rate=body.magnitude / body.inertia[c] + extra / (1 + part),
         extra=extra,
-        integral=ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
+        integral=ReciprocalIntegral(a, b, part, o_part**2 / (1 + part)),
     )
 
 

@@ -295,9 +295,9 @@ class Track:
 def checked_curve(
     legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None
 ) -> tuple[SupportPair, ArcName | SegmentEnds, tuple[LineSegment, ...] | None]:
-    """Returns the arguments as tuples. Raises ParameterError if `legs` are not two different
-    supports, `arc` is neither a name nor two angles, or `segments` are not two triples of numbers.
-    """
+    """Returns the arguments as tuples. Raises ParameterError if `legs` are not the numbers of two
+    different supports, `arc` is neither a name nor two angles, or `segments` are not two triples of
+    numbers."""
     legs = tuple(legs) if isinstance(legs, list) else legs
     is_pair = legs in itertools.permutations((1, 2, 3), 2)
     if not is_pair or any(type(i) is not int for i in legs):

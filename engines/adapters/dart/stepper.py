@@ -39,9 +39,10 @@ class Motor:
 
     joint: Any  # DART's joint
     exerted: JointForce  # force of the actuators
-    reference: float  # coordinate in the drawing [rad] or [m]: DART's coordinate is 0 there
+    # Coordinate [rad] or [m] in the reference pose, in which DART's coordinate is 0
+    reference: float
     rotor: float  # armature divided by the step [N m s/rad] or [N s/m]
-    alone: bool  # whether a force may act while all controls are 0
+    acts_without_control: bool  # whether a force may act while all controls are 0
 
     def force(self, controls: Sequence[float]) -> float:
         """The force at the start of a step [N m] or [N]. DART has no armature. Two terms together
@@ -49,7 +50,7 @@ class Motor:
         force of that damper at the velocity before the step, which is added here."""
         coordinate = 0.0
         rate = 0.0
-        if self.alone:
+        if self.acts_without_control:
             coordinate = self.joint.getPosition(0) + self.reference
             rate = self.joint.getVelocity(0)
         return self.exerted(coordinate, rate, controls) + self.rotor * rate
@@ -141,7 +142,9 @@ class DartStepper:
         accelerations = self._prescribed_accelerations(steps)
         commands = [dart_joint.setCommand for dart_joint, _ in self._prescribed]
         rows = [self._idle] * steps if controls is None else controls.tolist()
-        motors = [motor for motor in self.motors if controls is not None or motor.alone]
+        motors = [
+            motor for motor in self.motors if controls is not None or motor.acts_without_control
+        ]
         take_step = self.built.world.step
         for number, (row, prescribed) in enumerate(zip(rows, accelerations, strict=True)):
             for command, acceleration in zip(commands, prescribed, strict=True):
@@ -223,5 +226,5 @@ def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:
                 exerted=actuator_force(joint, actuators),
                 reference=float(joint.reference[0]),
                 rotor=rotor,
-                alone=bool(rotor) or biased,
+                acts_without_control=bool(rotor) or biased,
             )

@@ -182,7 +182,7 @@ def _add_joint(
     if joint.kind == "ball":
         return plant.AddJoint(kind(name, *frames, damping))
     drake_joint = plant.AddJoint(kind(name, *frames, joint.axis, damping=damping))
-    reference = float(joint.reference[0])  # Drake's coordinate is 0 in the drawing
+    reference = float(joint.reference[0])  # Drake's coordinate is 0 in the reference pose
     if joint.stiffness:
         rest = float(joint.rest[0]) - reference
         plant.AddForceElement(SPRINGS[joint.kind](drake_joint, rest, joint.stiffness))

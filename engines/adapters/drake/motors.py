@@ -61,10 +61,11 @@ class Motors:
             control = np.zeros(steps) if controls is None else controls[:, motor.control]
             clamped_control = np.clip(control, *ends(motor.control_range))
             force = motor.gain * clamped_control + motor.bias[0]
-            # Drake's coordinate is 0 in the drawing: the gain acts on that coordinate, and the
-            # contribution of the drawing's coordinate is added here.
-            length = motor.gear * float(self.joints[motor.joint].reference[0])
-            rows[:, column] = force + motor.bias[1] * length
+            # Drake's coordinate is 0 in the reference pose. The plant's gain multiplies bias[1] by
+            # gear times Drake's coordinate. The part for the reference coordinate, bias[1] * gear *
+            # reference, is added here.
+            reference_length = motor.gear * float(self.joints[motor.joint].reference[0])
+            rows[:, column] = force + motor.bias[1] * reference_length
         for column, (number, inertia) in enumerate(self.held.items(), len(self.actuators)):
             velocity = self.joints[number].velocity
             assert velocity is not None

@@ -14,7 +14,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, SimulatorConfig
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.motors import held_forces
 from plumbob.engines.adapters.drake.stepper import DrakeStepper
-from plumbob.engines.adapters.stepped_mechanism import begun, compiled_scene
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene, ready_to_step
 from plumbob.engines.adapters.stepping import (
     Built,
     Followed,
@@ -29,7 +29,8 @@ from plumbob.engines.sampling import step_count
 from plumbob.engines.stepper import SceneMechanism, State
 from plumbob.models.scene import Case
 
-BROKEN = (OverflowError, ValueError, RuntimeError)  # exceptions if numbers are no longer finite
+# exceptions if numbers are no longer finite
+NOT_FINITE_ERRORS = (OverflowError, ValueError, RuntimeError)
 CONTROL = 1e-3  # [s] time for which forces of a source are held in a continuous plant
 
 
@@ -42,13 +43,19 @@ AT_REST = 1e-3  # [m], [rad] largest displacement of a body that stands on a pla
 def discrete(case: Case, method: Method, step: float) -> Simulation:
     """The simulation of a case at `step` [s] in a discrete plant, with the contact solver that the
     method names; raises Unsupported and ParameterError."""
-    scene = settled(compiled_scene(case), method.settings)
+    scene = with_settled_start(compiled_scene(case), method.settings)
     settings = {**method.settings, "time_step": step}
+    # The plant is built once, although `stepped` builds the scene again for each run.
     stepper = cache(lambda: DrakeStepper(scene.mechanism, settings, step))
-    return stepped(case, step, lambda: begun(case, scene, step, stepper()), BROKEN)
+
+    def build() -> Built:
+        """Returns the case at its start, in the plant."""
+        return ready_to_step(case, scene, step, stepper())
+
+    return stepped(case, step, build, NOT_FINITE_ERRORS)
 
 
-def settled(scene: SceneMechanism, settings: Options) -> SceneMechanism:
+def with_settled_start(scene: SceneMechanism, settings: Options) -> SceneMechanism:
     """The scene with a start at which its bodies rest on their contacts; if the bodies do not stand
     on a plane, the scene as it is. Drake's contacts are springs: until they are compressed, a plane
     does not carry the weight of the bodies, and friction is proportional to the force that it
@@ -117,7 +124,7 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
         use_error_control=True,
         target_realtime_rate=0.0,
     )
-    scene = settled(compiled_scene(case), {})
+    scene = with_settled_start(compiled_scene(case), {})
 
     def follow(duration: float, samples: int) -> Followed:
         step = duration / samples
@@ -128,7 +135,7 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
             for sample in range(samples):
                 built.advance(sample, sample + 1)
                 rows.append(built.read())
-        except BROKEN as error:
+        except NOT_FINITE_ERRORS as error:
             errors.append(" ".join(str(error).split()))
         observables, _ = built.gather(rows)
         return Followed(
@@ -158,7 +165,7 @@ def _start(
     to be advanced and read."""
     stepper = ContinuousStepper(scene, step, case.scene.duration, config)
     uncontrolled = replace(scene, controls=None)  # the source has the controls
-    return stepper, begun(case, uncontrolled, step, stepper)
+    return stepper, ready_to_step(case, uncontrolled, step, stepper)
 
 
 def _evaluations(simulator: Any) -> int:

@@ -24,8 +24,8 @@ AWAY_FROM_SADDLES = ("!cone-pendulum/*-barrier-*",)
 # rounding, which has no order.
 WITH_AN_ERROR = (
     "!projectile",
-    # The same for a joint without damping under a held torque. The one scene with damping is left
-    # to RK44, whose errors are predicted.
+    # A joint without damping under a held torque has a constant acceleration, too. The one scene
+    # with damping is left to RK44, whose errors are predicted.
     "!servo/held-*",
 )
 # Near a singular configuration of a loop, Newton's method does not reach a tolerance of 1e-13.

@@ -81,9 +81,9 @@ class Links:
         self, kind: str, axis: Array, frame: Frame, place: Array, reference: float
     ) -> Frame:
         """Adds a link that turns about an axis, or slides along it. The axis and the `place` [m]
-        that it goes through are given in `frame`, the frame of a body in the drawing; there the
-        link's coordinate is the `reference` [rad] or [m]. Returns the frame of the body on the new
-        link."""
+        that it goes through are given in `frame`, the frame of a body in the reference pose. In
+        this pose the link's coordinate is the `reference` [rad] or [m]. Returns the frame of the
+        body on the new link."""
         turn = turned_to(axis)
         # The link is placed where its coordinate is 0: Exudyn's coordinate is then the coordinate
         # of the joint, and a small coordinate keeps all its digits.
@@ -147,7 +147,7 @@ def bodies_of(mechanism: Mechanism) -> Bodies:
 
 def _add_links(links: Links, joint: Joint, frame: Frame) -> Frame:
     """Adds the links of a joint to a tree; returns the frame of the joint's body on the last link.
-    `frame` is the frame of the body in the drawing."""
+    `frame` is the frame of the body in the reference pose."""
     if joint.kind not in CHAINS:
         reference = float(joint.reference[0])
         return links.add(joint.kind, joint.axis, frame, joint.place, reference)
@@ -173,7 +173,7 @@ def _bodies_that_carry(mechanism: Mechanism) -> set[int]:
 
 
 def drawn_attitudes(mechanism: Mechanism) -> list[Array]:
-    """The attitude of each body in the drawing, a rotation matrix."""
+    """The attitude of each body in the reference pose, a rotation matrix."""
     turns = [AXES]
     for body in mechanism.bodies[1:]:
         turns.append(turns[body.parent] @ rotation(body.attitude))

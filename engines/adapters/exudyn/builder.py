@@ -55,7 +55,7 @@ class Built:
     system: Any
     nodes: tuple[int, ...]  # node of the tree if there is one, then the node of each free body
     places: tuple[slice, ...]  # place of each joint's coordinates among Exudyn's
-    alone: tuple[bool, ...]  # whether each joint is the joint of a lone free body
+    lone_free: tuple[bool, ...]  # whether each joint is the joint of a lone free body
 
 
 def build(
@@ -90,8 +90,8 @@ def build(
         _close_loop(mechanism, system, bodies, carriers, loop)
     _add_contacts(mechanism, system, bodies, carriers, step)
     system.Assemble()
-    alone = tuple(bodies.frames[joint.body].carrier < WORLD for joint in mechanism.joints)
-    return Built(container, system, tuple(nodes), bodies.places, alone)
+    lone_free = tuple(bodies.frames[joint.body].carrier < WORLD for joint in mechanism.joints)
+    return Built(container, system, tuple(nodes), bodies.places, lone_free)
 
 
 def refused_features(mechanism: Mechanism, explicit: bool) -> Iterator[str]:

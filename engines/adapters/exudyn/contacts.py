@@ -110,7 +110,7 @@ def _only_axis(
 ) -> Array | None:
     """The direction in the world of the only axis about which a body can turn, if that axis is
     parallel to a plane with this normal. If the body cannot turn, any direction in the plane; None
-    if it can turn otherwise. `attitudes` are the attitudes of all bodies in the drawing."""
+    if it can turn otherwise. `attitudes` are the attitudes of all bodies in the reference pose."""
     turning = [joint for joint in moving_joints(mechanism, body) if joint.kind != "slide"]
     if any(joint.kind != "hinge" for joint in turning):
         return None

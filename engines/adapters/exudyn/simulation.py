@@ -11,14 +11,14 @@ import numpy as np
 
 from plumbob.engines import sampling
 from plumbob.engines.adapters.exudyn.stepper import ExudynStepper
-from plumbob.engines.adapters.stepped_mechanism import begun, compiled_scene
-from plumbob.engines.adapters.stepping import Followed, FollowedSimulation, stepped
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene, ready_to_step
+from plumbob.engines.adapters.stepping import Built, Followed, FollowedSimulation, stepped
 from plumbob.engines.method import Method, Simulation
 from plumbob.models.model_file import Feedback
 from plumbob.models.scene import Case
 
 # Exudyn's exceptions if its solver fails
-BROKEN = (RuntimeError, ValueError)
+SOLVER_FAILURES = (RuntimeError, ValueError)
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -27,14 +27,19 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     sampling.step_count(scene_duration, step)
     scene = compiled_scene(case)
     if isinstance(scene.controls, Feedback):
-        fed_back = cache(
+        feedback_stepper = cache(
             lambda: ExudynStepper(scene.mechanism, method.settings, step, scene.controls)
         )
-        return stepped(case, step, lambda: begun(case, scene, step, fed_back()), BROKEN)
+
+        def build() -> Built:
+            """Returns the case at its start, in the stepper."""
+            return ready_to_step(case, scene, step, feedback_stepper())
+
+        return stepped(case, step, build, SOLVER_FAILURES)
     begin = time.perf_counter()
     stepper = ExudynStepper(scene.mechanism, method.settings, step, scene.controls)
     uncontrolled = replace(scene, controls=None)  # the stepper has the controls
-    built = begun(case, uncontrolled, step, stepper)
+    built = ready_to_step(case, uncontrolled, step, stepper)
     seconds = time.perf_counter() - begin
 
     def follow(duration: float, samples: int) -> Followed:
@@ -43,7 +48,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         stepper.put(scene.start)
         try:
             stepper.run(steps)
-        except BROKEN as error:
+        except SOLVER_FAILURES as error:
             why = (" ".join(str(error).split())[:200],)
         steps_taken = stepper.steps_of_last_run()
         sampled_steps = sampling.sampled(steps, samples)

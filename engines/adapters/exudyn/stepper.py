@@ -81,12 +81,12 @@ class ExudynStepper:
         data = self.built.system.systemData
         q, v = np.zeros((2, data.ODE2Size()))
         places = joint_places(self.mechanism.joints)
-        for (place, place_of_rates), (joint, exudyn_place, alone) in zip(
+        for (place, place_of_rates), (joint, exudyn_place, lone_free) in zip(
             places, self._joints(), strict=True
         ):
             position = state.qpos[place]
             rates = state.qvel[place_of_rates]
-            q[exudyn_place], v[exudyn_place] = to_exudyn(joint, alone, position, rates)
+            q[exudyn_place], v[exudyn_place] = to_exudyn(joint, lone_free, position, rates)
         data.SetODE2Coordinates(q, configuration=INITIAL)
         data.SetODE2Coordinates_t(v, configuration=INITIAL)
         data.SetODE2Coordinates_tt(np.zeros(len(v)), configuration=INITIAL)
@@ -159,10 +159,12 @@ class ExudynStepper:
         positions = list[Array]()
         velocities = list[Array]()
         places = joint_places(self.mechanism.joints)
-        for (place, _), (joint, exudyn_place, alone) in zip(
+        for (place, _), (joint, exudyn_place, lone_free) in zip(
             places, self._joints(), strict=True
         ):
-            position, rates = from_exudyn(joint, alone, q[:, exudyn_place], v[:, exudyn_place])
+            position, rates = from_exudyn(
+                joint, lone_free, q[:, exudyn_place], v[:, exudyn_place]
+            )
             if joint.kind in TURNING:
                 latest = self._latest.qpos[place][-4:]
                 position[:, -4:] = _continuous(position[:, -4:], latest)
@@ -180,33 +182,37 @@ class ExudynStepper:
     def _joints(self) -> Iterator[tuple[Joint, slice, bool]]:
         """Each joint with the place of its coordinates among Exudyn's, and whether it is the joint
         of a lone free body."""
-        return zip(self.mechanism.joints, self.built.places, self.built.alone, strict=True)
+        return zip(self.mechanism.joints, self.built.places, self.built.lone_free, strict=True)
 
 
-def to_exudyn(joint: Joint, alone: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
-    """The coordinates of a joint and their rates in Exudyn, from those in MuJoCo. `alone` tells
+def to_exudyn(joint: Joint, lone_free: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+    """The coordinates of a joint and their rates in Exudyn, from those in MuJoCo. `lone_free` tells
     whether it is the joint of a lone free body."""
     if joint.kind not in TURNING:
         return qpos, qvel
     attitude = Rotation.from_quat(qpos[-4:], scalar_first=True)
-    if alone:
+    if lone_free:
         return np.concatenate([qpos[:-4], attitude.as_rotvec()]), qvel
     angles = attitude.as_euler("ZYX")
     rates = np.linalg.solve(_spin_of_rates(angles[None])[0], qvel[-3:])
     return np.concatenate([qpos[:-4], angles]), np.concatenate([qvel[:-3], rates])
 
 
-def from_exudyn(joint: Joint, alone: bool, q: Array, v: Array) -> tuple[Array, Array]:
+def from_exudyn(joint: Joint, lone_free: bool, q: Array, v: Array) -> tuple[Array, Array]:
     """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), from those in Exudyn. A
-    quaternion may have either sign. `alone` tells whether it is the joint of a lone free body."""
+    quaternion may have either sign. `lone_free` tells whether it is the joint of a lone free body,
+    whose attitude is a rotation vector in Exudyn. Other attitudes are angles about z, y and x."""
     if joint.kind not in TURNING:
         return q, v
-    turn = q[:, -3:]
-    attitude = Rotation.from_rotvec(turn) if alone else Rotation.from_euler("ZYX", turn)
+    vector_or_angles = q[:, -3:]
+    if lone_free:
+        attitude = Rotation.from_rotvec(vector_or_angles)
+    else:
+        attitude = Rotation.from_euler("ZYX", vector_or_angles)
     qpos = np.concatenate([q[:, :-3], attitude.as_quat(scalar_first=True)], axis=1)
-    if alone:
+    if lone_free:
         return qpos, v
-    rates = np.einsum("nij,nj->ni", _spin_of_rates(turn), v[:, -3:])
+    rates = np.einsum("nij,nj->ni", _spin_of_rates(vector_or_angles), v[:, -3:])
     return qpos, np.concatenate([v[:, :-3], rates], axis=1)
 
 

@@ -27,7 +27,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
     profile,
 )
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
-from plumbob.engines.adapters.mujoco.user_file import ENDS, compiled_model
+from plumbob.engines.adapters.mujoco.user_file import SOLVER_TOLERANCES, compiled_model
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_motion import NotCertifiable
 
@@ -67,7 +67,8 @@ def _options(
         wanted_value = float(getattr(spec.option, name))
         if name == "impratio" and "coulomb" in str(method.settings.get("contact")):
             wanted_value = REGULARISATION_RATIO * _softening(model)
-        tighter = name in ENDS and value <= wanted_value  # a tighter tolerance is fine
+        # A tolerance may be tighter than wanted.
+        tighter = name in SOLVER_TOLERANCES and value <= wanted_value
         if not (tighter or _close(value, wanted_value)):
             word = options.word(name, wanted_value)
             yield f"option/{name}", options.word(name, value), word

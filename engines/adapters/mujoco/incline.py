@@ -18,17 +18,17 @@ DIRECTIONS = 3  # number of directions in which the cube can move
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Returns the translation of an Incline, with the contacts at their static depth. Gravity is
-    tilted along `heading` and the plane is level, so that the contacts' axes lie along the axes of
-    the plane."""
+    """Returns the MuJoCo model of an Incline, and how its start differs from the file's: the cube
+    is lower by the static depth of its contacts. Gravity is tilted along the problem's heading and
+    the plane is level, so that the contacts' axes lie along the axes of the plane."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     depth = profile.depth(corner(problem), step)
     return Translation(
-        spec,
-        np.array([0.0, 0.0, -depth]),
-        np.array(spec.key("start").qvel),
+        spec=spec,
+        qpos=np.array([0.0, 0.0, -depth]),
+        qvel=np.array(spec.key("start").qvel),
         tune=tune,
     )
 

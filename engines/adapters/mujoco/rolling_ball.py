@@ -35,7 +35,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     if not profile.convergent:  # the depth of a default contact is the same at every step
         spec.option.timestep = max(step, SLOW)
 
-    depth = settled(spec, tune) / 2.0
+    depth = settled_depth(spec, tune) / 2.0
     spec.geom("ball").size[0] += depth
     return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), tune=tune)
 
@@ -55,8 +55,8 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     return {"x": x, "speed": speed, "spin": spin}
 
 
-def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> float:
-    """The static penetration of the contact [m]."""
+def settled_depth(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> float:
+    """Returns the static penetration of the contact [m]."""
     model = spec.compile()
     tune(model)
     return -float(at_rest(model, SETTLING)[1])

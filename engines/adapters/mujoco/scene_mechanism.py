@@ -22,8 +22,9 @@ from plumbob.engines.stepper import Diverged, SceneMechanism, State
 from plumbob.models.model_file import ModelFile
 from plumbob.models.scene import Case
 
-# Most steps of a drawing's motion. A slider's contacts have short steps; their coordinates that no
-# observable shows hardly change.
+# Largest number of steps that are taken for the motion of a replay, so that it takes bounded time.
+# After so many steps the coordinates stay as they are. A model whose slider has contacts may need
+# more steps, but its coordinates that no observable shows hardly change.
 MOST_DRAWN_STEPS = 20_000
 
 

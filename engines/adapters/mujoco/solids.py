@@ -24,19 +24,26 @@ def solids(model: Any, data: Any) -> Iterator[Solid]:
     to the world."""
     planes = model.geom_type == KIND.mjGEOM_PLANE
     drawn = (model.geom_group < SHOWN) & (model.geom_rgba[:, 3] > 0.0)
-    bare = ~np.isin(model.geom_bodyid, model.geom_bodyid[drawn & ~planes])
-    for geom in np.flatnonzero(drawn | bare | planes).tolist():
+    drawn_bodies = model.geom_bodyid[drawn & ~planes]
+    of_undrawn_body = ~np.isin(model.geom_bodyid, drawn_bodies)
+    for geom in np.flatnonzero(drawn | of_undrawn_body | planes).tolist():
         points, radius = _shape(model, geom)
         placed = points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
         body = int(model.geom_bodyid[geom])
         if model.body_weldid[body]:
+            # into the body's frame
             placed = (placed - data.xpos[body]) @ data.xmat[body].reshape(3, 3)
         else:
-            body = 0
-        material = model.geom_matid[geom]
-        paint = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
-        red, green, blue, _ = paint.tolist()
-        yield Solid(body, placed, radius, (red, green, blue), bool(planes[geom]))
+            body = 0  # fixed to the world
+        yield Solid(body, placed, radius, _colour(model, geom), bool(planes[geom]))
+
+
+def _colour(model: Any, geom: int) -> tuple[float, float, float]:
+    """Returns the red, green and blue part of a geom's colour, or of its material's."""
+    material = model.geom_matid[geom]
+    rgba = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
+    red, green, blue, _ = rgba.tolist()
+    return red, green, blue
 
 
 def _shape(model: Any, geom: int) -> tuple[Array, float]:

@@ -24,7 +24,7 @@ USD = (".usd", ".usda", ".usdc", ".usdz")
 HALVINGS = 6  # halvings of the file's step, to show whether a smaller step helps
 # Options that decide how MuJoCo computes are taken from the file. Physical options (gravity, wind,
 # density), the step, and options for the file's geoms stay those of the scene.
-NUMBERS = (
+NUMERIC_OPTIONS = (
     "impratio",
     "ls_tolerance",
     "ccd_tolerance",
@@ -33,16 +33,18 @@ NUMBERS = (
     "noslip_iterations",
     "ccd_iterations",
 )
-DISABLED = (
+DISABLE_FLAGS = (
     *("mjDSBL_EULERDAMP", "mjDSBL_REFSAFE", "mjDSBL_WARMSTART", "mjDSBL_ISLAND"),
     *("mjDSBL_MIDPHASE", "mjDSBL_NATIVECCD", "mjDSBL_MULTICCD"),
 )
-ENABLED = ("mjENBL_DIAGEXACT", "mjENBL_IPC")
+ENABLE_FLAGS = ("mjENBL_DIAGEXACT", "mjENBL_IPC")
 CONDIMS = (1, 3, 4, 6)  # dimensions of a contact: no friction, sliding, torsional, rolling
-CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction stays that of the scene
-OVERRIDDEN = ("solref", "solimp", "margin")  # fields that an option overrides in every contact
+# Fields of a geom that its contacts take. Friction stays as in the scene.
+CONTACT_FIELDS = ("solref", "solimp", "condim", "margin", "gap")
+# Fields that an option overrides in every contact
+OVERRIDDEN_FIELDS = ("solref", "solimp", "margin")
 # The solver's tolerances belong to the contacts: a scene's model scales them with its masses.
-ENDS = ("tolerance", "noslip_tolerance")
+SOLVER_TOLERANCES = ("tolerance", "noslip_tolerance")
 
 
 def user_method(path: str | Path) -> Method:
@@ -50,29 +52,48 @@ def user_method(path: str | Path) -> Method:
     its default contact parameters under "contact". The step sizes begin with the file's step.
     Raises ParameterError if the file holds no MJCF model."""
     spec = _read(path, "like")
-    settings: dict[str, Any] = {
-        option: options.word(option, getattr(spec.option, option)) for option in options.CHOICES
-    }
-    for name in NUMBERS:
-        if hasattr(spec.option, name):
-            settings[name] = _plain(getattr(spec.option, name))
-    settings["disableflags"] = _kept(spec.option.disableflags, mujoco.mjtDisableBit, DISABLED)
-    settings["enableflags"] = _kept(spec.option.enableflags, mujoco.mjtEnableBit, ENABLED)
-    contact = {name: _plain(getattr(spec.default.geom, name)) for name in CONTACT}
-    if spec.option.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
-        contact |= {name: _plain(getattr(spec.option, f"o_{name}")) for name in OVERRIDDEN}
-    settings["contact"] = contact | {name: getattr(spec.option, name) for name in ENDS}
+    settings = {**_option_settings(spec), "contact": _contact_settings(spec)}
     _runnable(path, settings)
     step = time_step("like", spec.option.timestep, str(path))
-    like = next(
-        m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"]
+    integrator = settings["integrator"]
+    base_method = next(m for m in METHODS if m.settings["integrator"].lower() == integrator)
+    scheme = base_method.scheme
+    explicit_damping = settings["disableflags"] & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+    if integrator == "euler" and explicit_damping:
+        scheme = replace(scheme, implicit_damping=False)
+    return replace(
+        base_method,
+        name=USER_METHOD,
+        scheme=scheme,
+        settings=settings,
+        step_sizes=tuple(step / 2**n for n in range(HALVINGS + 1)),
+        systems=(),
+        kinds=(),
     )
-    explicit = settings["disableflags"] & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
-    if settings["integrator"] == "euler" and explicit:
-        like = replace(like, scheme=replace(like.scheme, implicit_damping=False))
-    step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))
-    like = replace(like, name=USER_METHOD, systems=(), kinds=())
-    return replace(like, settings=settings, step_sizes=step_sizes)
+
+
+def _option_settings(spec: Any) -> dict[str, Any]:
+    """Returns the options of a model file that decide how MuJoCo computes."""
+    option = spec.option
+    settings: dict[str, Any] = {
+        name: options.word(name, getattr(option, name)) for name in options.CHOICES
+    }
+    for name in NUMERIC_OPTIONS:
+        if hasattr(option, name):
+            settings[name] = _plain(getattr(option, name))
+    settings["disableflags"] = _kept(option.disableflags, mujoco.mjtDisableBit, DISABLE_FLAGS)
+    settings["enableflags"] = _kept(option.enableflags, mujoco.mjtEnableBit, ENABLE_FLAGS)
+    return settings
+
+
+def _contact_settings(spec: Any) -> dict[str, Any]:
+    """Returns the contact parameters of a model file: its defaults, or the options that override
+    them in every contact, and the solver's tolerances."""
+    option = spec.option
+    contact = {name: _plain(getattr(spec.default.geom, name)) for name in CONTACT_FIELDS}
+    if option.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
+        contact |= {name: _plain(getattr(option, f"o_{name}")) for name in OVERRIDDEN_FIELDS}
+    return contact | {name: getattr(option, name) for name in SOLVER_TOLERANCES}
 
 
 def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
@@ -148,7 +169,7 @@ def _runnable(path: str | Path, settings: Options) -> None:
     if contact["condim"] not in CONDIMS:
         allowed = "a model whose default condim is 1, 3, 4 or 6"
         raise ParameterError("like", str(path), f"{allowed}, not {contact['condim']}")
-    numbers = {name: settings[name] for name in NUMBERS if name in settings} | contact
+    numbers = {name: settings[name] for name in NUMERIC_OPTIONS if name in settings} | contact
     for name, value in numbers.items():
         if not np.all(np.isfinite(value)):
             raise ParameterError("like", str(path), f"a model with finite numbers, not {name}")

@@ -2,7 +2,7 @@
 
 All hinges and slides of a body are one joint of Newton with up to six axes, so that no massless
 bodies are needed between them. A coordinate of Newton is MuJoCo's coordinate minus the coordinate
-in the drawing.
+in the reference pose.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Conversion between MuJoCo's and Newton's coordinates of joints.
 
-Newton's coordinates are 0 in the drawing, and its quaternions have the scalar last. The velocities
-of a free body are the velocity of its centre of mass and its angular velocity, both along the
-world's axes. The angular velocity of a ball is along the axes of the body that carries the ball.
+Newton's coordinates are 0 in the reference pose, and its quaternions have the scalar last. The
+velocities of a free body are the velocity of its centre of mass and its angular velocity, both
+along the world's axes. The angular velocity of a ball is along the axes of the body that carries
+the ball.
 """
 
 from __future__ import annotations

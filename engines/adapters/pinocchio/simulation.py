@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cache
 
 from plumbob.engines.adapters.pinocchio.stepper import PinocchioStepper
-from plumbob.engines.adapters.stepped_mechanism import begun, compiled_scene
+from plumbob.engines.adapters.stepped_mechanism import compiled_scene, ready_to_step
 from plumbob.engines.adapters.stepping import stepped
 from plumbob.engines.method import Method, Simulation
 from plumbob.models.model_file import Feedback
@@ -23,4 +23,4 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         controls_at = scene.controls
         scene = replace(scene, controls=None)  # the stepper evaluates the controls
     stepper = cache(lambda: PinocchioStepper(scene.mechanism, integrator, step, controls_at))
-    return stepped(case, step, lambda: begun(case, scene, step, stepper()))
+    return stepped(case, step, lambda: ready_to_step(case, scene, step, stepper()))

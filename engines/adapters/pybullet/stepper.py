@@ -35,8 +35,9 @@ class LoadedJoint:
 
     link: LinkKey  # link that the joint moves
     exerted: JointForce  # force of the spring, the damper and the actuators
-    reference: float  # coordinate in the drawing [rad] or [m]: Bullet's coordinate is 0 there
-    alone: bool  # whether a force may act while all controls are 0
+    # Coordinate [rad] or [m] in the reference pose, in which Bullet's coordinate is 0
+    reference: float
+    acts_without_control: bool  # whether a force may act while all controls are 0
 
 
 class BulletStepper:
@@ -167,7 +168,11 @@ class BulletStepper:
         zero."""
         velocities = self._prescribed_velocities(steps)
         rows = [self._idle] * steps if controls is None else controls.tolist()
-        loaded = [joint for joint in self._loaded if controls is not None or joint.alone]
+        loaded = [
+            joint
+            for joint in self._loaded
+            if controls is not None or joint.acts_without_control
+        ]
         if self.mechanism.touching:  # another world may have changed the threshold
             self._client.setPhysicsEngineParameter(
                 contactBreakingThreshold=self._contact_distance
@@ -238,4 +243,4 @@ def _loaded_joints(mechanism: Mechanism, built: Built) -> Iterator[LoadedJoint]:
         if joint.kind not in TURNING and (passive or actuators):
             exerted = passive_and_actuator_force(joint, actuators)
             reference = float(joint.reference[0])
-            yield LoadedJoint(link, exerted, reference, alone=passive or biased)
+            yield LoadedJoint(link, exerted, reference, acts_without_control=passive or biased)

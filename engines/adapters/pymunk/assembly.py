@@ -75,7 +75,7 @@ class View:
     limits. A view with contacts needs none: contacts have normal forces."""
 
 
-def begun(setup: CapsuleSetup) -> float:
+def slider_start_speed(setup: CapsuleSetup) -> float:
     """The speed of the slider on its line at the start [m/s]."""
     velocity = setup.relative_velocity
     return 0.0 if velocity is None else float(velocity(np.zeros(1))[0])

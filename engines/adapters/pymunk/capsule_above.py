@@ -31,10 +31,10 @@ from plumbob.engines.adapters.pymunk.assembly import (
     NO_TURNING,
     Assembly,
     View,
-    begun,
     friction_joint,
     pin_joint,
     place_part,
+    slider_start_speed,
 )
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.models.tripod_capsule.observed import pose_observables
@@ -114,7 +114,7 @@ def _body_and_slider(setup: CapsuleSetup, mass: float, step: float) -> Assembly:
     place_part(setup, slider, start, centre, step)
     body.angle = setup.heading
     body.angular_velocity = setup.heading_rate
-    pushed = cmath.rect(begun(setup), setup.heading + setup.direction)
+    pushed = cmath.rect(slider_start_speed(setup), setup.heading + setup.direction)
     slider.velocity = vector(complex(*slider.velocity) + pushed)
     joint = pin_joint(body, slider, start - centre)
     line = cmath.rect(1.0, setup.direction)

@@ -21,8 +21,8 @@ from plumbob.engines.adapters.pymunk.assembly import (
     NO_TURNING,
     Assembly,
     View,
-    begun,
     pin_joint,
+    slider_start_speed,
 )
 from plumbob.engines.adapters.pymunk.simulation import touching, vector
 from plumbob.engines.trajectory import ByName
@@ -47,7 +47,7 @@ def from_the_side(setup: CapsuleSetup) -> View:
     slider = pymunk.Body(capsule.slider_mass, NO_TURNING)
     body.position = (0.0, -DEPTH)
     slider.position = (start, -DEPTH)
-    body.velocity, slider.velocity = (speed, 0.0), (speed + begun(setup), 0.0)
+    body.velocity, slider.velocity = (speed, 0.0), (speed + slider_start_speed(setup), 0.0)
     ground = pymunk.Segment(space.static_body, (-GROUND, 0.0), (GROUND, 0.0), 0.0)
     feet = [pymunk.Circle(body, FOOT, (x, FOOT)) for x in foot_reach(setup)]
     touching(space, body, (ground, *feet), friction=capsule.friction)

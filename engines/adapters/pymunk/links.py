@@ -26,7 +26,7 @@ class Slide:
 
     joint: int  # number of the joint
     along: complex  # part of the axis in the plane, of length 1 if the axis lies in the plane
-    reference: float  # coordinate in the drawing [m]
+    reference: float  # coordinate in the reference pose [m]
 
 
 @dataclass(frozen=True)
@@ -34,22 +34,22 @@ class Hinge:
     """A hinge about the normal of the plane, which comes after the slides of its body."""
 
     joint: int  # number of the joint
-    place: complex  # place in the drawing [m]
+    place: complex  # place in the reference pose [m]
     # 1 if its coordinate counts like angles in the plane, -1 if it counts backwards
     sense: float
-    reference: float  # coordinate in the drawing [rad]
+    reference: float  # coordinate in the reference pose [rad]
 
 
 @dataclass(frozen=True)
 class Link:
-    """A body that moves in the plane. Its axes are those of the plane in the drawing."""
+    """A body that moves in the plane. Its axes are those of the plane in the reference pose."""
 
     body: int  # number of the body in the mechanism
     parent: int  # number of the link that carries it, or WORLD
     mass: float  # [kg]
     moment: float  # moment of inertia about its centre [kg m^2]
     point: bool  # whether it stands for a point mass
-    centre: complex  # centre of mass in the drawing [m]
+    centre: complex  # centre of mass in the reference pose [m]
     slides: tuple[Slide, ...]
     hinge: Hinge | None
     length: float = 0.0  # distance from the hinge to the centre of the mechanism's body [m]
@@ -61,12 +61,12 @@ class Link:
 
     @cached_property
     def arm(self) -> complex:
-        """The vector from the hinge to the centre in the drawing [m]; 0 without a hinge."""
+        """The vector from the hinge to the centre in the reference pose [m]; 0 without a hinge."""
         return self.centre - self.hinge.place if self.hinge else 0j
 
 
 def turned_by(angle: float, arm: complex) -> complex:
-    """A vector of the drawing [m], rotated by an angle [rad]."""
+    """A vector in the reference pose [m], rotated by an angle [rad]."""
     return abs(arm) * cmath.exp(1j * (angle + cmath.phase(arm)))
 
 
@@ -126,18 +126,18 @@ class Links:
             poses.append(Pose(place + turned, angle, velocity + 1j * rate * turned, rate))
         return poses
 
-    def hidden(self, begun: State) -> list[tuple[float, float]]:
+    def hidden(self, start: State) -> list[tuple[float, float]]:
         """For each joint, the parts of its coordinate and velocity in a state that are not seen in
         the plane. They are zero unless a slide points out of the plane."""
-        hidden = [(0.0, 0.0)] * len(begun.qpos)
+        hidden = [(0.0, 0.0)] * len(start.qpos)
         for link in self.all:
-            place = _shift(link, begun.qpos)
-            velocity = _shift(link, begun.qvel, rates=True)
+            place = _shift(link, start.qpos)
+            velocity = _shift(link, start.qvel, rates=True)
             for slide in link.slides:
                 back = slide.along.conjugate()
                 hidden[slide.joint] = (
-                    float(begun.qpos[slide.joint]) - (back * place).real,
-                    float(begun.qvel[slide.joint]) - (back * velocity).real,
+                    float(start.qpos[slide.joint]) - (back * place).real,
+                    float(start.qvel[slide.joint]) - (back * velocity).real,
                 )
         return hidden
 

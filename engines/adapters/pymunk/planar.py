@@ -33,10 +33,10 @@ from plumbob.engines.mechanism import Actuator, Mechanism
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.stepper import State
 
-# Iterations of the solver for several joints or contacts, and for bodies piled on each other. An
-# impulse needs one iteration for each joint that it passes. For one joint pymunk's default
-# suffices.
-SEVERAL, PILED = 50, 20
+# An impulse needs one iteration of the solver for each joint that it passes. For one joint pymunk's
+# default suffices.
+SEVERAL_ITERATIONS = 50  # for several joints or contacts
+PILED_ITERATIONS = 20  # for bodies piled on each other
 FAR = 1e3  # length of a slide to either side, in sizes of the mechanism
 Push = Callable[[Sequence[float]], None]
 """Controls -> nothing: exerts forces in the step that begins."""
@@ -61,7 +61,7 @@ class Planar:
 
     @property
     def size(self) -> float:
-        """The largest length of the drawing [m]."""
+        """The largest length in the reference pose [m]."""
         centres = [abs(link.centre) for link in self.links.all]
         return max([*centres, *(surface.size for surface in self.surfaces.all)])
 
@@ -85,12 +85,12 @@ def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
         link.hinge and not link.slides and link.parent == WORLD for link in links.all
     )
     weightless = abs(links.plane.flat(mechanism.gravity)) == 0.0
-    alone = on_world and not mechanism.loops and not mechanism.touching
-    if rate is not None and not alone:
+    only_on_world = on_world and not mechanism.loops and not mechanism.touching
+    if rate is not None and not only_on_world:
         raise Unsupported("pymunk has no platform that turns under more than one hinge")
     # Wheels: bodies that only turn, about hinges on the world, and that no weight pulls off them.
     # They are built without a joint, with their moments of inertia about the hinges.
-    wheels = alone and (weightless or rate is not None)
+    wheels = only_on_world and (weightless or rate is not None)
     bodies = [_as_body(mechanism, link, wheels) for link in links.all]
     planar = Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)
     # raises Unsupported now, and not when it is put
@@ -136,12 +136,13 @@ class Assembly:
         return self.space.static_body if link == WORLD else self.bodies[link]
 
     def pin(self, first: tuple[int, complex], second: tuple[int, complex]) -> None:
-        """Joins two links at a point of each, relative to the link's centre in the drawing [m]."""
+        """Joins two links at a point of each, relative to the link's centre [m], along
+        the axes of the reference pose."""
         (a, place), (b, other) = first, second
         self.join(pymunk.PivotJoint(self.body(a), self.body(b), vector(place), vector(other)))
 
     def join(self, joint: pymunk.Constraint) -> None:
-        """Add a joint that closes as the method says."""
+        """Adds a joint that corrects its opening at the rate that the method says."""
         joint.error_bias = float(
             self.planar.method.settings.get("error_bias", joint.error_bias)
         )
@@ -150,8 +151,8 @@ class Assembly:
 
 def assembled(planar: Planar, poses: Sequence[Pose]) -> Assembly:
     """The mechanism in a new space, with its links in these poses."""
-    made = Assembly(planar, pymunk.Space())
-    space = made.space
+    assembly = Assembly(planar, pymunk.Space())
+    space = assembly.space
     if not planar.wheels:
         space.gravity = vector(planar.gravity)
     for number, (link, pose) in enumerate(zip(planar.links.all, poses, strict=True)):
@@ -159,18 +160,18 @@ def assembled(planar: Planar, poses: Sequence[Pose]) -> Assembly:
         body.angle, body.angular_velocity = pose.angle, pose.rate
         if not planar.wheels:
             body.position, body.velocity = vector(pose.place), vector(pose.velocity)
-        made.bodies.append(body)
+        assembly.bodies.append(body)
         space.add(body)
-        _hold(made, number)
+        _hold(assembly, number)
         for slide in link.slides:
-            _push_along(made, number, slide)
+            _push_along(assembly, number, slide)
         if link.hinge is not None:
-            _turn(made, number, link.hinge)
+            _turn(assembly, number, link.hinge)
     for loop in planar.mechanism.loops:
-        made.pin(*map(planar.links.arm, loop.bodies, loop.places))
-    made.shapes = planar.surfaces.add(space, made.bodies)
+        assembly.pin(*map(planar.links.arm, loop.bodies, loop.places))
+    assembly.shapes = planar.surfaces.add(space, assembly.bodies)
     space.iterations = _iterations(planar, len(space.constraints))
-    return made
+    return assembly
 
 
 def _iterations(planar: Planar, joints: int) -> int:
@@ -178,66 +179,70 @@ def _iterations(planar: Planar, joints: int) -> int:
     surfaces = planar.surfaces
     usual = pymunk.Space().iterations
     if surfaces.piled:
-        usual = PILED
+        usual = PILED_ITERATIONS
     elif joints + len(surfaces.pairs) > 1:
-        usual = SEVERAL
+        usual = SEVERAL_ITERATIONS
     return int(planar.method.settings.get("iterations", usual))
 
 
-def _hold(made: Assembly, number: int) -> None:
+def _hold(assembly: Assembly, number: int) -> None:
     """Adds the joint that keeps a link on its parent: a groove along its slide, or a pin at its
     hinge. No joint is needed for a link that may move anywhere in the plane, for wheels, and for a
     slide that nothing pushes sideways."""
-    link = made.planar.links.all[number]
+    link = assembly.planar.links.all[number]
     if link.slides:
-        if not link.free and made.planar.guided(link.slides[0]):
+        if not link.free and assembly.planar.guided(link.slides[0]):
             place = link.hinge.place if link.hinge else link.centre
-            far = FAR * made.planar.size * link.slides[0].along
+            far = FAR * assembly.planar.size * link.slides[0].along
             ends = vector(place - far), vector(place + far)
-            body = made.bodies[number]
-            rail = pymunk.GrooveJoint(made.space.static_body, body, *ends, vector(-link.arm))
-            made.join(rail)
-    elif link.hinge and not made.planar.wheels:
+            body = assembly.bodies[number]
+            rail = pymunk.GrooveJoint(
+                assembly.space.static_body, body, *ends, vector(-link.arm)
+            )
+            assembly.join(rail)
+    elif link.hinge and not assembly.planar.wheels:
         place = link.hinge.place
         if link.parent != WORLD:
-            place -= made.planar.links.all[link.parent].centre
-        made.pin((link.parent, place), (number, -link.arm))
+            place -= assembly.planar.links.all[link.parent].centre
+        assembly.pin((link.parent, place), (number, -link.arm))
 
 
-def _push_along(made: Assembly, number: int, slide: Slide) -> None:
+def _push_along(assembly: Assembly, number: int, slide: Slide) -> None:
     """Adds the forces of a slide's damper and actuators, which act in each step."""
-    joint = made.planar.mechanism.joints[slide.joint]
-    actuators = actuators_of(made.planar.mechanism, slide.joint)
-    damped = bool(joint.damping[0]) or any(a.biased for a in actuators)
-    if not (damped or actuators):
+    joint = assembly.planar.mechanism.joints[slide.joint]
+    actuators = actuators_of(assembly.planar.mechanism, slide.joint)
+    depends_on_motion = bool(joint.damping[0]) or any(a.biased for a in actuators)
+    if not (depends_on_motion or actuators):
         return
     if abs(abs(slide.along) - 1.0) > CLOSE:
         raise Unsupported(f"pymunk moves in a plane, and {joint.name} pushes out of it")
-    body = made.bodies[number]
-    exerted = passive_and_actuator_force(joint, actuators)
-    along = vector(slide.along)
-    drawn = made.planar.links.all[number].centre * slide.along.conjugate()
-    shift = slide.reference - drawn.real
+    body = assembly.bodies[number]
+    joint_force = passive_and_actuator_force(joint, actuators)
+    axis = vector(slide.along)
+    reference_place = assembly.planar.links.all[number].centre * slide.along.conjugate()
+    coordinate_offset = slide.reference - reference_place.real
 
     def push(controls: Sequence[float]) -> None:
-        q = rate = 0.0
-        if damped:
-            q = body.position.dot(along) + shift
-            rate = body.velocity.dot(along)
-        force = exerted(q, rate, controls)
-        body.apply_force_at_world_point((force * along[0], force * along[1]), body.position)
+        """Exerts the joint's force on the body, along the slide. The joint's coordinate and rate
+        are computed only if the force depends on them."""
+        coordinate = rate = 0.0
+        if depends_on_motion:
+            coordinate = body.position.dot(axis) + coordinate_offset
+            rate = body.velocity.dot(axis)
+        force = joint_force(coordinate, rate, controls)
+        body.apply_force_at_world_point((force * axis[0], force * axis[1]), body.position)
 
-    _add_push(made, push, damped)
+    _add_push(assembly, push, depends_on_motion)
 
 
-def _add_push(made: Assembly, push: Push, without_controls: bool) -> None:
+def _add_push(assembly: Assembly, push: Push, without_controls: bool) -> None:
     """Adds forces to a mechanism, which also act without controls if `without_controls`."""
-    made.pushes.append(push)
+    assembly.pushes.append(push)
     if without_controls:
-        made.always.append(push)
+        assembly.always.append(push)
 
 
-def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
+def _turn(assembly: Assembly, number: int, hinge: Hinge) -> None:
     """Adds the moments of a hinge's spring, damper and actuators and, on a turning platform, the
     moments of weight and centrifugal forces.
 
@@ -246,58 +251,59 @@ def _turn(made: Assembly, number: int, hinge: Hinge) -> None:
     the moment of a spring at the new angle, which makes the step semi-implicit. So moments that
     depend on the angle act as springs, and moments that depend only on time and rate are set before
     a step."""
-    planar = made.planar
+    planar = assembly.planar
     link = planar.links.all[number]
     joint = planar.mechanism.joints[hinge.joint]
     actuators = actuators_of(planar.mechanism, hinge.joint)
     motors = [a for a in actuators if not a.biased]
     servos = [a for a in actuators if a.biased]
     sense = hinge.sense
-    body = made.bodies[number]
-    carrier = made.body(link.parent)
+    body = assembly.bodies[number]
+    carrier = assembly.body(link.parent)
     if link.point and not planar.wheels:
         if joint.stiffness or servos:
             raise Unsupported(f"pymunk has no spring that turns a point: {joint.name}")
-        _push_point(made, number, hinge)
+        _push_point(assembly, number, hinge)
         return
     if motors:
-        exerted = actuator_force(joint, motors)
+        joint_force = actuator_force(joint, motors)
 
         def push(controls: Sequence[float]) -> None:
-            moment = sense * exerted(0.0, 0.0, controls)
+            """Sets the moment of the motors on the body, and the opposite moment on its parent."""
+            moment = sense * joint_force(0.0, 0.0, controls)
             body.torque = moment  # motors of bodies that this body carries add to it later
             if link.parent != WORLD:
                 carrier.torque -= moment
 
-        _add_push(made, push, without_controls=False)
+        _add_push(assembly, push, without_controls=False)
     if planar.rate is not None or joint.stiffness or joint.damping[0] or servos:
         rest = sense * (float(joint.rest[0]) - hinge.reference)
         spring = pymunk.DampedRotarySpring(body, carrier, rest, joint.stiffness, 0.0)
-        made.space.add(spring)
+        assembly.space.add(spring)
         if planar.rate is not None or joint.damping[0] or servos:
-            spring.torque_func = _spring(made, number, hinge, servos)
+            spring.torque_func = _spring(assembly, number, hinge, servos)
 
 
 def _spring(
-    made: Assembly, number: int, hinge: Hinge, servos: Sequence[Actuator]
+    assembly: Assembly, number: int, hinge: Hinge, servos: Sequence[Actuator]
 ) -> Callable[[pymunk.DampedRotarySpring, float], float]:
     """The function that pymunk calls for the moment against a hinge [N m], with a spring and the
     hinge's angle [rad]."""
-    planar = made.planar
+    planar = assembly.planar
     link = planar.links.all[number]
     joint = planar.mechanism.joints[hinge.joint]
-    body = made.bodies[number]
-    carrier = made.body(link.parent)
+    body = assembly.bodies[number]
+    carrier = assembly.body(link.parent)
     sense = hinge.sense
     reference = hinge.reference
-    exerted = passive_and_actuator_force(joint, servos)
+    joint_force = passive_and_actuator_force(joint, servos)
     if planar.rate is not None:
         if joint.stiffness or joint.damping[0] or servos:
             raise Unsupported(f"pymunk has no spring on a platform that turns: {joint.name}")
         return platform_spring(planar.mechanism, planar.links, link, planar.rate)
     held = [0.0] * (1 + max((a.control for a in servos), default=0))
     if any(a.gain for a in servos):
-        _add_push(made, lambda controls: held.__setitem__(slice(None), controls), False)
+        _add_push(assembly, lambda controls: held.__setitem__(slice(None), controls), False)
 
     damping = float(joint.damping[0])
     rest = sense * (float(joint.rest[0]) - reference)
@@ -305,38 +311,42 @@ def _spring(
         return lambda spring, angle: (
             joint.stiffness * (angle - rest) + damping * body.angular_velocity
         )
-    still = link.parent == WORLD
+    on_world = link.parent == WORLD
 
-    def against(spring: pymunk.DampedRotarySpring, angle: float) -> float:
-        rate = body.angular_velocity - (0.0 if still else carrier.angular_velocity)
-        return -sense * exerted(sense * angle + reference, sense * rate, held)
+    def moment_against(spring: pymunk.DampedRotarySpring, angle: float) -> float:
+        """Returns the moment of spring, damper and servos against the hinge [N m]."""
+        rate = body.angular_velocity - (0.0 if on_world else carrier.angular_velocity)
+        return -sense * joint_force(sense * angle + reference, sense * rate, held)
 
-    return against
+    return moment_against
 
 
-def _push_point(made: Assembly, number: int, hinge: Hinge) -> None:
+def _push_point(assembly: Assembly, number: int, hinge: Hinge) -> None:
     """Adds the moment of a hinge's damper and motors on a point mass, as a force across its arm. A
     torque would lose its digits on a body with hardly any moment of inertia."""
-    link = made.planar.links.all[number]
-    joint = made.planar.mechanism.joints[hinge.joint]
-    motors = actuators_of(made.planar.mechanism, hinge.joint)
+    link = assembly.planar.links.all[number]
+    joint = assembly.planar.mechanism.joints[hinge.joint]
+    motors = actuators_of(assembly.planar.mechanism, hinge.joint)
     damped = bool(joint.damping[0])
     if not (damped or motors):
         return
     if link.parent != WORLD:
         raise Unsupported(f"pymunk has no moment on a point that hangs on a body: {joint.name}")
-    body = made.bodies[number]
+    body = assembly.bodies[number]
     length = link.length
     x, y = vector(1j * hinge.sense * link.arm / abs(link.arm))
 
-    def pushing(exerted: JointForce) -> Push:
+    def pushing(joint_force: JointForce) -> Push:
+        """Returns the function that exerts a joint's force on the point."""
+
         def push(controls: Sequence[float]) -> None:
-            force = exerted(0.0, hinge.sense * body.angular_velocity, controls) / length
+            """Sets the force across the arm that has the moment of the joint."""
+            force = joint_force(0.0, hinge.sense * body.angular_velocity, controls) / length
             cosine, sine = body.rotation_vector
             body.force = force * (x * cosine - y * sine), force * (x * sine + y * cosine)
 
         return push
 
-    made.pushes.append(pushing(passive_and_actuator_force(joint, motors)))
+    assembly.pushes.append(pushing(passive_and_actuator_force(joint, motors)))
     if damped:
-        made.always.append(pushing(passive_and_actuator_force(joint, [])))
+        assembly.always.append(pushing(passive_and_actuator_force(joint, [])))

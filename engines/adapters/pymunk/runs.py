@@ -30,10 +30,10 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
         build = module.build
         return stepped(case, step, lambda: _built(build(case.problem, method, step), step))
 
-    def begun(mechanism: Mechanism, start: State) -> Stepper:
+    def stepper_of(mechanism: Mechanism, start: State) -> Stepper:
         return planar_stepper(mechanism, start, method, step)
 
-    return simulated(case, step, begun, reads_forces=True)
+    return simulated(case, step, stepper_of, reads_forces=True)
 
 
 def _built(scene: Translation, step: float) -> Built:

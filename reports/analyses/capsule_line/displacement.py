@@ -9,7 +9,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import Claims, clear
+from plumbob.reports.analyses.claims import Claims, clearly_larger
 from plumbob.reports.analyses.measurements import (
     CHECK_LINE,
     covers,
@@ -118,7 +118,7 @@ def _converge(numbers: Record) -> Claims:
     if numbers.good is None or numbers.bad is None:
         return ()
     text = "errors of contacts that do not converge, and of those that do"
-    return (clear(text, numbers.bad.errors[0], numbers.good),)
+    return (clearly_larger(text, numbers.bad.errors[0], numbers.good),)
 
 
 DISPLACEMENT_ERRORS = Analysis(

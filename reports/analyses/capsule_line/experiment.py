@@ -31,7 +31,7 @@ BENCH_UNCERTAINTIES = MappingProxyType(
     }
 )
 ACCELERATION_RATIOS = (1.25, 1.5, 2.0, 3.0, 5.0)  # ratios of w1 to f g/mu at the same stroke
-TO = (0.03, 0.01, 0.1)  # [m], [m], [rad] goal of the plan
+GOAL = (0.03, 0.01, 0.1)  # goal of the plan: x [m], y [m] and heading [rad]
 BENCH_LIMITS = MappingProxyType({"acceleration": 40.0, "stroke": 0.1})
 
 
@@ -109,19 +109,19 @@ def numbers() -> Record:
 def plan_to_pose() -> Record:
     """Returns a plan within the bench's limits, and its distance from the goal if the friction is
     higher by its uncertainty."""
-    plan = requested_plan({**CHECK, **BENCH_LIMITS, "to": TO})
+    plan = requested_plan({**CHECK, **BENCH_LIMITS, "to": GOAL})
     rougher = plan.capsule.friction + BENCH_UNCERTAINTIES["friction"]
     on_rough_ground = replace(plan, capsule=replace(plan.capsule, friction=rougher))
-    away, turned = on_rough_ground.error
+    distance, turn = on_rough_ground.error
     return Record(
-        to=TO,
+        to=GOAL,
         limits=dict(BENCH_LIMITS),
         duration=plan.duration,  # [s]
         turns=plan.turns,
         lines=plan.lines,
         rougher=rougher,
-        away=away,  # [m] distance from the goal with that friction
-        turned=turned,  # [rad] difference from the goal's heading
+        away=distance,  # [m] distance from the goal with that friction
+        turned=turn,  # [rad] difference from the goal's heading
     )
 
 

@@ -8,7 +8,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import Claims, at_most, clear
+from plumbob.reports.analyses.claims import Claims, at_most, clearly_larger
 from plumbob.reports.analyses.measurements import (
     end_error,
     extra_runs,
@@ -65,7 +65,9 @@ def _unchanged(numbers: Record) -> Claims:
     text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
     return (
         at_most(text, numbers.changes[1], NEGLIGIBLE_CHANGE),
-        clear("the shift of N₂, and a thousandth of a newton", numbers.shift, 1e-3, "N"),
+        clearly_larger(
+            "the shift of N₂, and a thousandth of a newton", numbers.shift, 1e-3, "N"
+        ),
     )
 
 

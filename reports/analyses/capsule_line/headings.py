@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import Claims, clear
+from plumbob.reports.analyses.claims import Claims, clearly_larger
 from plumbob.reports.analyses.measurements import CHECK_LINE, end_error, recordings
 
 DEFAULT_CONTACTS, RECOMMENDED_CONTACTS = "mujoco/euler", "mujoco/euler+coulomb"
@@ -99,7 +99,7 @@ def _differs(numbers: Record) -> Claims:
     if default is None or recommended is None:
         return ()
     text = "the spread over headings, with default contacts and with those recommended"
-    return (clear(text, default, max(recommended, ALIKE_AT_ALL)),)
+    return (clearly_larger(text, default, max(recommended, ALIKE_AT_ALL)),)
 
 
 ISOTROPY = Analysis("capsule_line/isotropy", isotropy, heading_runs, _differs)

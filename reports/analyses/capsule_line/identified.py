@@ -16,7 +16,7 @@ from plumbob.reports.analyses.capsule_line.headings import (
     HEADINGS_STEP,
     RECOMMENDED_CONTACTS,
 )
-from plumbob.reports.analyses.claims import Claims, clear
+from plumbob.reports.analyses.claims import Claims, clearly_larger
 from plumbob.reports.analyses.measurements import CHECK_LINE
 
 # [degrees] headings of the fits. Symmetry leaves an eighth of the circle for default contacts; two
@@ -80,7 +80,7 @@ def claims(numbers: Record) -> Claims:
     text = (
         "the bias of the identified friction, with default contacts and with those recommended"
     )
-    return (clear(text, abs(numbers.worst.bias), numbers.recommended),)
+    return (clearly_larger(text, abs(numbers.worst.bias), numbers.recommended),)
 
 
 def _fit(method: str, angle: int) -> ParameterFit:

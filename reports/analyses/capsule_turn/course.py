@@ -52,7 +52,9 @@ def departure(epsilon: float) -> Record:
     return Record(
         epsilon=epsilon,
         largest=largest,  # [rad] largest |psi + mu_1 phi| for times in (0, 2 tau)
-        time=phases[np.argmax(magnitudes)],  # time of `largest` over tau
+        time=phases[
+            np.argmax(magnitudes)
+        ],  # time at which `largest` is reached, divided by tau
         scaled=scaled,  # [rad] (psi + mu_1 phi) / epsilon^2 at PHASES
         coefficient=largest / epsilon**2,
     )
@@ -66,7 +68,7 @@ def numbers() -> Record:
     angles, positions = exact_course(DRAWN_EPSILON, PHASES)
     return Record(
         departures=[departure(epsilon) for epsilon in COURSE_EPSILONS],
-        phases=PHASES,  # times of all curves over tau
+        phases=PHASES,  # times of all curves, divided by tau
         slider=manoeuvre.slider_angles(times),  # [rad] phi
         formula=manoeuvre.body_angles(times),  # [rad] -mu_1 phi
         exact=angles,  # [rad] psi

@@ -13,7 +13,7 @@ from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import Claims, clear
+from plumbob.reports.analyses.claims import Claims, clearly_larger
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
     FULL_MODEL_METHOD,
@@ -92,7 +92,7 @@ def claims(work: Record) -> Claims:
     if work.mujoco is None:
         return ()
     what = "the change of T + U, and the distance of MuJoCo's own energy"
-    return (clear(what, work.swing, work.mujoco.gap, "J"),)
+    return (clearly_larger(what, work.swing, work.mujoco.gap, "J"),)
 
 
 DRIVE_WORK = Analysis("cone_pendulum/drive_work", numbers, lambda plan: (RUN,), claims)

@@ -23,12 +23,15 @@ EQUILIBRIUM_PIVOTS = (0.0, 0.09)  # [m] y of the pivot
 RUN_RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s] platform rates of the runs
 SMALL_SWING = 1e-3  # [rad] amplitude, which changes the relative rate by less than 1e-6
 EQUILIBRIA_STEP = 5e-4  # [s]
+# [rad/s] a platform rate for the rates of the pitchfork and of the saddle-node, which do not depend
+# on it
+ANY_RATE = RUN_RATES[-1]
 DIAGRAM_RATES = np.linspace(0.0, 30.0, 121)  # [rad/s] platform rates of the diagrams
 
 
 def centres() -> list[tuple[float, float, Equilibrium]]:
-    """Returns (y of the pivot [m], platform rate [rad/s], equilibrium) for each stable equilibrium
-    at each of EQUILIBRIUM_PIVOTS and RUN_RATES."""
+    """Returns (y of the pivot [m], platform rate [rad/s], equilibrium) for each centre, which is a
+    stable equilibrium, at each of EQUILIBRIUM_PIVOTS and RUN_RATES."""
     stable = list[tuple[float, float, Equilibrium]]()
     for pivot, rate in product(EQUILIBRIUM_PIVOTS, RUN_RATES):
         equilibria = turning_cone(pivot_y=pivot, platform_rate=rate).equilibria
@@ -57,32 +60,43 @@ def numbers(study: Study) -> Record:
     """Returns the bifurcation diagrams, and the rates of small swings, exact and in MuJoCo."""
     rows = []
     for pivot, rate, centre in centres():
-        swing_period = period(study.answer(_request(pivot, rate, centre)), centre.theta)
-        measured = None if swing_period is None else 2 * np.pi / swing_period
+        measured, gap = _measured_rate(study, pivot, rate, centre)
         row = Record(
             pivot=pivot,  # [m]
             platform_rate=rate,  # [rad/s]
             theta=centre.theta,  # [rad]
             rate=centre.rate,  # [rad/s] exact rate of small swings
             measured=measured,  # [rad/s] rate of small swings in MuJoCo
-            gap=None if measured is None else measured / centre.rate - 1.0,  # relative error
+            gap=gap,  # relative error of the measured rate
         )
         rows.append(row)
-    level = turning_cone(pivot_y=EQUILIBRIUM_PIVOTS[0], platform_rate=26.0)
-    offset = turning_cone(pivot_y=EQUILIBRIUM_PIVOTS[-1], platform_rate=26.0)
+    cone_on_axis = turning_cone(pivot_y=EQUILIBRIUM_PIVOTS[0], platform_rate=ANY_RATE)
+    cone_off_axis = turning_cone(pivot_y=EQUILIBRIUM_PIVOTS[-1], platform_rate=ANY_RATE)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
     return Record(
         centres=rows,
         diagrams=[_diagram(pivot) for pivot in EQUILIBRIUM_PIVOTS],
         # [rad/s] platform rate of the pitchfork, for the first of EQUILIBRIUM_PIVOTS
-        fork=level.pitchfork_rate,
+        fork=cone_on_axis.pitchfork_rate,
         # [rad/s] rate of the saddle-node, for the last of EQUILIBRIUM_PIVOTS
-        node=offset.saddle_node_rate,
+        node=cone_off_axis.saddle_node_rate,
         largest_gap=max(gaps, default=None),
         offset=EQUILIBRIUM_PIVOTS[-1],
         swing=SMALL_SWING,
         scene=ROTATING,
     )
+
+
+def _measured_rate(
+    study: Study, pivot: float, rate: float, centre: Equilibrium
+) -> tuple[float | None, float | None]:
+    """Returns the rate of small swings about a stable equilibrium in MuJoCo [rad/s], and its
+    relative error; None for both if they were not measured."""
+    swing_period = period(study.answer(_request(pivot, rate, centre)), centre.theta)
+    if swing_period is None:
+        return None, None
+    measured = 2 * np.pi / swing_period
+    return measured, measured / centre.rate - 1.0
 
 
 def claims(numbers: Record) -> Claims:

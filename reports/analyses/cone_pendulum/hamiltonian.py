@@ -15,7 +15,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import Claims, clear
+from plumbob.reports.analyses.claims import Claims, clearly_larger
 from plumbob.reports.analyses.measurements import case, pendulum_energy
 
 RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
@@ -83,7 +83,7 @@ def numbers(study: Study) -> Record:
 def claims(numbers: Record) -> Claims:
     """Returns the check that all methods are much nearer to the correct form."""
     text = "distances of the methods from the printed form and from the correct one"
-    return (clear(text, numbers.off, numbers.worst, "rad"),)
+    return (clearly_larger(text, numbers.off, numbers.worst, "rad"),)
 
 
 def end_angle(motion: PendulumMotion) -> float:

@@ -14,7 +14,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import Claims, clear
+from plumbob.reports.analyses.claims import Claims, clearly_larger
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
     FULL_MODEL_METHOD,
@@ -97,7 +97,7 @@ def _effect_of_term(
 
 def _claims(text: str, numbers: Record) -> Claims:
     """Returns the check that the term moves the end far more than the engines' error."""
-    return (clear(text, numbers.moved, numbers.worst, "rad"),)
+    return (clearly_larger(text, numbers.moved, numbers.worst, "rad"),)
 
 
 INERTIA = Analysis(

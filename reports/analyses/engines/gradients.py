@@ -32,9 +32,9 @@ SAMPLE = (
     (ROTATING_CONE, "mujoco/euler", "theta", "theta", 1e-5),
     (ROTATING_CONE, "ode/rk4", "theta", "gravity", 1e-3),
 )
-# Derivatives in the full profile, for a method of each engine at three steps, which compares ways
-# and orders: (scene, observable, parameter, difference of the parameter, largest step [s], end
-# [s]).
+# Derivatives that the full profile takes with one method of each engine, at three steps, to compare
+# the ways of differentiating and their orders: (scene, observable, parameter, difference of the
+# parameter, largest step [s], end [s], where None is the end of the scene).
 COMPARED_DERIVATIVES = (
     (ROTATING_CONE, "theta", "theta", 1e-5, 4e-3, None),
     (LARGE_SWING, "theta", "theta", 1e-5, 1e-2, 2.0),
@@ -54,7 +54,8 @@ WITH_CONTACTS = (
     *("pinocchio/aba+rk4", "pybullet/undamped+iterated", "exudyn/default"),
 )
 Sampled = tuple[str, str, str, str, float, float | None, float | None]
-BY = ("friction", "gravity")  # parameters to differentiate by: the first one that a scene has
+# parameters to differentiate by: the first that is not 0 in the scene
+PREFERRED_PARAMETERS = ("friction", "gravity")
 
 
 def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
@@ -103,7 +104,7 @@ def with_each_pair(others: Requests) -> Requests:
             observables = _observables_of_interest(scene)
             searches += [
                 GradientSearch(scene.name, method.name, observables, parameter)
-                for parameter in _parameters(scene)
+                for parameter in _differentiated_parameters(scene)
             ]
         return (*others(plan), *searches)
 
@@ -127,14 +128,15 @@ def _observables_of_interest(scene: Scene) -> tuple[str, ...]:
     return tuple(quantity.observable for quantity in case.system.quantities(case))
 
 
-def _parameters(scene: Scene) -> list[str]:
-    """Returns the parameters to differentiate by: the first of BY that the scene has, and the first
-    start value."""
-    first = [name for name in BY if scene.parameters.get(name)][:1]
+def _differentiated_parameters(scene: Scene) -> list[str]:
+    """Returns the parameters to differentiate by: the first of PREFERRED_PARAMETERS that is not 0
+    in the scene, if there is one, and the first start value."""
+    preferred = [name for name in PREFERRED_PARAMETERS if scene.parameters.get(name)]
     start = system_of(scene).start
-    # A scene may state its start by other parameters, such as the distance from the top.
+    # A scene may state its start by other parameters, such as the distance from the top. If it
+    # states none of `start`, the first of `start` is taken.
     stated = [name for name in start if name in scene.parameters] or start
-    return [*first, *stated[:1]]
+    return [*preferred[:1], *stated[:1]]
 
 
 GRADIENTS = Analysis(

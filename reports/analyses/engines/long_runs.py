@@ -15,7 +15,9 @@ from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.records.claim import Claim
 
-LONG_SWING, SWING_STEP = "simple-pendulum/free-large", 0.05  # [s] step of the notebook
+LONG_SWING = "simple-pendulum/free-large"  # scene of the long runs
+# [s] step of the course notebook in models/simple_pendulum/README.md
+SWING_STEP = 0.05
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")
 MAX_SWING_STEPS = 64_000  # steps after which every error is as large as the swing
 

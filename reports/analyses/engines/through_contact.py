@@ -19,7 +19,7 @@ from plumbob.reports.analyses.capsule_line.headings import (
     DEFAULT_CONTACTS,
     RECOMMENDED_CONTACTS,
 )
-from plumbob.reports.analyses.claims import Claims, clear
+from plumbob.reports.analyses.claims import Claims, clearly_larger
 from plumbob.reports.analyses.measurements import recordings, study_plan
 
 SLIDING_SCENE, COASTING_SCENE = "capsule-line/heading-030", "capsule-coast/translation"
@@ -126,7 +126,11 @@ def claims(numbers: Record) -> Claims:
     if not {DEFAULT_CONTACTS, RECOMMENDED_CONTACTS} <= set(sizes):
         return ()
     text = "the error of a derivative with default contacts, and with those recommended"
-    return (clear(text, float(sizes[DEFAULT_CONTACTS]), float(sizes[RECOMMENDED_CONTACTS])),)
+    return (
+        clearly_larger(
+            text, float(sizes[DEFAULT_CONTACTS]), float(sizes[RECOMMENDED_CONTACTS])
+        ),
+    )
 
 
 def _pairs(plan: StudyPlan) -> list[tuple[DerivativeCase, str]]:

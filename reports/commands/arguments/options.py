@@ -43,7 +43,7 @@ def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> N
             if key == "parameters":
                 parser.epilog = NAMES
                 continue
-            settings: dict[str, Any] = table or shared[key]
+            settings: dict[str, Any] = dict(table or shared[key])
             title = settings.pop("group", "")
             if settings.pop("one_of", False):
                 if alternatives is None:
@@ -69,20 +69,20 @@ def _declare_argument(
     parser: argparse.ArgumentParser, group: Any, names: str, settings: dict[str, Any]
 ) -> None:
     """Adds an argument with these `names`, separated by spaces, to the parser or to one of its
-    groups, and its reader to the parser's defaults."""
-    if isinstance(settings.get("metavar"), list):
-        settings["metavar"] = tuple(settings["metavar"])
-    kind = settings.pop("kind", None)
-    kind_of_parts = settings.pop("kinds", None)
-    argument = group.add_argument(*names.split(), **settings)
-    reader: Reader | None = None
-    if kind:
-        reader = partial(getattr(values, kind), names.lstrip("-"))
-    elif kind_of_parts:
-        read_part = partial(getattr(values, kind_of_parts), names.lstrip("-"))
-        reader = partial(values.read_each, read_part)
-    if reader:
-        parser.get_default("readers")[argument.dest] = reader
+    groups, and its reader to the parser's defaults. Errors name the argument by its last name."""
+    for_argparse = {
+        name: tuple(value) if name == "metavar" and isinstance(value, list) else value
+        for name, value in settings.items()
+        if name not in ("kind", "kinds")
+    }
+    argument = group.add_argument(*names.split(), **for_argparse)
+    parameter = names.split()[-1].lstrip("-")
+    readers: dict[str, Reader] = parser.get_default("readers")
+    if "kind" in settings:
+        readers[argument.dest] = partial(getattr(values, settings["kind"]), parameter)
+    elif "kinds" in settings:
+        read_part = partial(getattr(values, settings["kinds"]), parameter)
+        readers[argument.dest] = partial(values.read_each, read_part)
 
 
 def read_values(chosen: argparse.Namespace) -> None:

@@ -27,7 +27,9 @@ Plain = dict[str, Any]
 
 def record(audit: Audit | ContactAudit) -> Plain:
     """Returns an audit as the JSON object that `--json` prints."""
-    values = _contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)
+    values = (
+        _contacts_record(audit) if isinstance(audit, ContactAudit) else _motion_record(audit)
+    )
     return dict(plain(values, FOR_JSON))
 
 
@@ -36,45 +38,52 @@ def _attributes(instance: object, *names: str) -> Plain:
     return {name: getattr(instance, name) for name in names}
 
 
-def _motion(audit: Audit) -> Plain:
+def _motion_record(audit: Audit) -> Plain:
     """Returns an audit of a motion as a JSON object."""
-    compared = audit.found
+    comparison = audit.found
     advice = audit_advice(audit)
     return {
+        # the model and its motion
         "model": audit.name,
         **_attributes(audit, "integrator", "step", "control"),
         "control_period": audit.script.period,
         "duration": audit.script.duration,
         "certified_until": audit.until,
+        # the errors of the model's step
         **_attributes(audit, "uncertainty", "error"),
         "error_measure": MEASURE,
-        **_loop(audit),
-        **_state_errors(audit.state_errors),
+        **_loop_record(audit),
+        **_state_errors_record(audit.state_errors),
         "resolved_until": float(audit.script.times[audit.resolved_index]),
-        "resolved": audit.resolved if compared else False,
+        "resolved": audit.resolved if comparison else False,
+        # the reference, and what limits it
         "why": audit.reference.why,
         "not_smooth": audit.reference.not_smooth,
         "layer_widths": audit.reference.widths,
         "events": audit.reference.course.events,
         "clamped": audit.clamped,
-        "notes": (*audit.notes, *(compared.own.remarks if compared else ())),
+        "notes": (*audit.notes, *(comparison.own.remarks if comparison else ())),
         "unchecked": audit.model.unchecked,
+        # advice, and the errors and costs of other steps
         "to_do": to_do_text(audit, advice),
-        **_steps(compared),
+        **_steps_record(comparison),
         "cheapest": [step_choice_record(choice) for _, choice in advice.cheapest if choice],
+        # balances, and parts that can be left out
         "balances": audit.balances,
-        "trims": _trims(audit),
-        "trimmed_file": _trim(audit, audit.written[1]) if audit.written else None,
+        "trims": _trim_records(audit),
+        "trimmed_file": _trim_record(audit, audit.written.read_back) if audit.written else None,
+        # data with which the audit can be repeated
         "start": audit.script.start,
         "pose": audit.pose,
         "corners": audit.corners,
         "fields": audit.model.fields,
         "versions": package_versions(),
+        # the largest stable steps, and what else the user asked for
         **stability_record(audit.stability),
         **gradient_record(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
-        **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
-        **_returns(audit.returns),
+        **({"engines": list(map(_engine_record, audit.engines))} if audit.engines else {}),
+        **_returns_record(audit.returns),
         "seconds": audit.seconds,
     }
 
@@ -94,7 +103,7 @@ def fixed_record(fixed: FixedFile) -> Plain:
     }
 
 
-def _loop(audit: Audit) -> Plain:
+def _loop_record(audit: Audit) -> Plain:
     """Returns the error [m] with replayed controls and the factor of feedback of an audit in the
     loop; nothing for other audits."""
     if audit.script.loop is None:
@@ -103,7 +112,7 @@ def _loop(audit: Audit) -> Plain:
     return {"replayed_error": replayed, "feedback_factor": audit.feedback_factor}
 
 
-def _returns(returns: EpisodeReturns | None) -> Plain:
+def _returns_record(returns: EpisodeReturns | None) -> Plain:
     """Returns the mean returns of episodes at each step, and their limit; nothing without
     episodes."""
     if returns is None:
@@ -112,16 +121,16 @@ def _returns(returns: EpisodeReturns | None) -> Plain:
         {
             **_attributes(row, "engine", "integrator", "step"),
             "mean": row.mean.mean,
-            **_interval(row.difference),
+            **_interval_record(row.difference),
             **_attributes(row, "episodes", "lost"),
         }
         for row in returns.rows
     ]
-    limit = _interval(returns.limit) if returns.limit else None
+    limit = _interval_record(returns.limit) if returns.limit else None
     return {"returns": rows, "return_limit": limit, "return_limit_why": returns.no_limit}
 
 
-def _interval(interval: MeanInterval | None) -> Plain:
+def _interval_record(interval: MeanInterval | None) -> Plain:
     """Returns the difference of a mean return with its intervals; None for each without one."""
     names = ("low", "high", "bootstrap_low", "bootstrap_high")
     return {
@@ -130,7 +139,7 @@ def _interval(interval: MeanInterval | None) -> Plain:
     }
 
 
-def _trims(audit: Audit) -> list[Plain]:
+def _trim_records(audit: Audit) -> list[Plain]:
     """Returns the trials of leaving out single features, and of leaving out all of them
     together."""
     if audit.trims is None:
@@ -138,10 +147,10 @@ def _trims(audit: Audit) -> list[Plain]:
     trials = [*audit.trims.each]
     if audit.trims.together:
         trials.append(audit.trims.together)
-    return [_trim(audit, trial) for trial in trials]
+    return [_trim_record(audit, trial) for trial in trials]
 
 
-def _trim(audit: Audit, trial: Trim) -> Plain:
+def _trim_record(audit: Audit, trial: Trim) -> Plain:
     """Returns the trial of a model without some features: the change of the motion and the cost."""
     return {
         "left_out": trial.name,
@@ -151,7 +160,7 @@ def _trim(audit: Audit, trial: Trim) -> Plain:
     }
 
 
-def _state_errors(errors: StateErrors | None) -> Plain:
+def _state_errors_record(errors: StateErrors | None) -> Plain:
     """Returns errors of attitudes [rad], joint coordinates [rad or m] and activations; each is None
     if it is not known."""
     return {
@@ -161,10 +170,10 @@ def _state_errors(errors: StateErrors | None) -> Plain:
     }
 
 
-def _steps(compared: StepComparison | None) -> Plain:
+def _steps_record(comparison: StepComparison | None) -> Plain:
     """Returns the error of the model's step over time [m], its order of convergence, and the errors
     and costs of other steps and integrators."""
-    if compared is None:
+    if comparison is None:
         return {
             "worst_body": None,
             "error_over_time": [],
@@ -174,15 +183,15 @@ def _steps(compared: StepComparison | None) -> Plain:
     steps = [
         {
             **_attributes(run, "integrator", "step"),
-            "error": run.at(compared.index),
+            "error": run.at(comparison.index),
             **_attributes(run, "ns_per_second", "why", "cost"),
         }
-        for run in compared.steps
+        for run in comparison.steps
     ]
     return {
-        "worst_body": compared.own.worst,
-        "error_over_time": compared.own.errors[: compared.index + 1],
-        "order": compared.order,
+        "worst_body": comparison.own.worst,
+        "error_over_time": comparison.own.errors[: comparison.index + 1],
+        "order": comparison.order,
         "steps": steps,
     }
 
@@ -203,11 +212,11 @@ def step_choice_record(choice: StepChoice) -> Plain:
     }
 
 
-def _engine(row: EngineError) -> Plain:
+def _engine_record(row: EngineError) -> Plain:
     """Returns an engine's error [m] and the first term in which it differs from the model."""
     return {
         **_attributes(row, "engine", "version", "error"),
-        **_state_errors(row.state_errors),
+        **_state_errors_record(row.state_errors),
         "error_over_time": row.errors,
         "first_term": row.first and row.first.term,
         "difference": row.first and (row.first.cause or f"by {row.first.size:.2g} of it"),
@@ -225,17 +234,17 @@ def stability_record(known: LargestSteps | None) -> Plain:
 
     assert known is not None
     remedies = [
-        {"change": remedy.change.name, **_limit(remedy.limit), "moved": remedy.moved}
+        {"change": remedy.change.name, **_limit_record(remedy.limit), "moved": remedy.moved}
         for remedy in known.remedies
     ]
     return {
-        "stability": list(map(_limit, known.limits)),
+        "stability": list(map(_limit_record, known.limits)),
         "unstable": known.unstable,
         "remedies": remedies,
     }
 
 
-def _limit(largest: Limit) -> Plain:
+def _limit_record(largest: Limit) -> Plain:
     """Returns the largest stable step of one integrator, and how it was found."""
     searched = _attributes(largest, "integrator", "largest_step", "first", "confirmed", "why")
     return {**searched, **_attributes(largest, "predicted", "chatters", "holds_to")}
@@ -273,21 +282,23 @@ def spread(cost: Ratio | None) -> Plain:
     return {"cost": cost.value, "spread": [cost.low, cost.high]}
 
 
-def _contact_run(audit: ContactAudit, measured: ContactRun, predicted: Any = None) -> Plain:
+def _contact_run_record(
+    audit: ContactAudit, measured: ContactRun, predicted: Any = None
+) -> Plain:
     """Returns one run of a contact audit, with the errors that theory predicts, if there are
     any."""
-    turning = measured.turning
+    rotated_slide = measured.turning  # the slide that begins with a rotation
     return {
         **_attributes(measured, "step", "distances"),
         "errors": audit.errors(measured),
         "predicted_errors": predicted,
         "direction_dependence": audit.dependence(measured),
         **_attributes(measured, "turned", "drift"),
-        "turn": turning.turn if turning and turning.rests else None,
+        "turn": rotated_slide.turn if rotated_slide and rotated_slide.rests else None,
     }
 
 
-def _contacts(audit: ContactAudit) -> Plain:
+def _contacts_record(audit: ContactAudit) -> Plain:
     """Returns a contact audit as a JSON object."""
     return {
         "model": audit.name,
@@ -304,8 +315,10 @@ def _contacts(audit: ContactAudit) -> Plain:
         "turn_compared_with": audit.exact_turn,
         "turn_known_to": None if audit.exact_turn is None else 0.0,
         "joints_free": audit.free,
-        "own": [_contact_run(audit, run) for run in audit.own],
-        "pasted": [_contact_run(audit, run, audit.predicted(run)) for run in audit.pasted],
+        "own": [_contact_run_record(audit, run) for run in audit.own],
+        "pasted": [
+            _contact_run_record(audit, run, audit.predicted(run)) for run in audit.pasted
+        ],
         "not_run": audit.failed,
         **_attributes(audit.model, "method", "stiffness"),
         "to_paste": audit.snippet,

@@ -16,7 +16,7 @@ from plumbob.reports.advice.simulated_kinds import (
 from plumbob.reports.records.page_records import Records, advised_name
 from plumbob.reports.view.site.views import PageView
 
-FIRST_CHOICE = (None, 0.01)  # step [s], any, and wanted error that are chosen at first
+FIRST_CHOICE = (None, 0.01)  # chosen at first: any step (None), and a wanted error of 0.01
 CHOSEN_FRICTION = 0.3  # friction coefficient in the settings, until a reader changes it
 
 

@@ -80,9 +80,9 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 
     if chosen.convergent:
         deflected = statics(setup, spec.body("slider").pos[:2], chosen.compliance(step))
-        rest_qpos = settled(spec, tune, setup.press, step, SETTLED, deflected)
+        rest_qpos = settled_qpos(spec, tune, setup.press, step, SETTLED, deflected)
     else:
-        rest_qpos = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
+        rest_qpos = settled_qpos(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
     qpos, qvel = start(setup, rest_qpos)
     add_sensors(spec)
     return Translation(
@@ -149,7 +149,7 @@ def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, step: float) -> No
     with_contacts(spec, chosen, step)
 
 
-def settled(
+def settled_qpos(
     spec: mujoco.MjSpec,
     tune: Callable[[mujoco.MjModel], None],
     press: float,

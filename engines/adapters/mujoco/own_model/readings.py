@@ -98,8 +98,8 @@ def _largest_violations(data: Any) -> tuple[float, float]:
 def held_contacts(model: Any, data: Any) -> HeldContacts:
     """Returns the depth and the drift of the contacts that Coulomb friction would hold, in a state
     whose constraint forces are known in `data`."""
-    depth, deepest, softness = 0.0, "", dict[str, str]()
-    drift, drifting = 0.0, ""
+    depth, deepest_geoms, softness = 0.0, "", dict[str, str]()
+    drift, drifting_geoms = 0.0, ""
     force = np.zeros(6)
     for number, contact in enumerate(data.contact):
         if contact.geom.min() < 0 or contact.dim == 1:
@@ -109,20 +109,20 @@ def held_contacts(model: Any, data: Any) -> HeldContacts:
         if not np.abs(force[1:3] / contact.friction[:2]).sum() < HELD * force[0]:
             continue
         if -contact.dist > depth:
-            depth, deepest = -float(contact.dist), pair_name(model, contact.geom)
+            depth, deepest_geoms = -float(contact.dist), pair_name(model, contact.geom)
             softness = {"solref": _numbers(contact.solref), "solimp": _numbers(contact.solimp)}
         slip = contact_slip(model, data, contact)
         if slip > drift:
-            drift, drifting = slip, pair_name(model, contact.geom)
+            drift, drifting_geoms = slip, pair_name(model, contact.geom)
     cone = ("pyramidal", "elliptic")[model.opt.cone]
     regularisation = {"impratio": f"{model.opt.impratio:g}", "cone": cone}
     return HeldContacts(
         velocity=float(np.abs(data.qvel).max(initial=0.0)),
         depth=depth,
-        deepest=deepest,
+        deepest_geoms=deepest_geoms,
         softness=softness,
         drift=drift,
-        drifting=drifting,
+        drifting_geoms=drifting_geoms,
         regularisation=regularisation,
     )
 

@@ -101,7 +101,7 @@ class SettledFloor:
             )
         data.qpos[:2], data.qvel[:], data.time = 0.0, 0.0, 0.0
         mujoco.mj_forward(model, data)
-        self.begun = np.array(data.qpos)
+        self.rest_qpos = np.array(data.qpos)
         contacts = data.contact
         # Contact points at rest relative to the centre of mass [m], shape (n, 3)
         self.points = contacts.pos.reshape(-1, 3) - data.qpos[:3]
@@ -120,7 +120,7 @@ class SettledFloor:
     def _begin(self) -> None:
         """Puts the body at rest where it has settled."""
         mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[:] = self.begun
+        self.data.qpos[:] = self.rest_qpos
 
     def _run(self, duration: float, parts: int, still: float) -> tuple[Array, float]:
         """Returns the positions at the beginning and at the ends of `parts` of a `duration` [s],
@@ -306,7 +306,7 @@ class MujocoContacts(RigidPiece):
         model.opt.integrator = integrator_number(method.settings["integrator"])
         model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         model.opt.impratio, model.opt.tolerance = REGULARISATION_RATIO, TOLERANCE
-        model.qpos0[:] = self._settled.begun
+        model.qpos0[:] = self._settled.rest_qpos
         return model
 
     @cached_property
