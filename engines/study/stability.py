@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -66,7 +66,7 @@ class MeasuredLimit:
     """The limit of a kind, measured and predicted: of the step [s], or of a loop the limit of the
     hold [s], the delay [s] or the factor of the gains [1]."""
 
-    kind: FailureKind | LoopQuantity
+    kind: Literal[FailureKind, LoopQuantity]
     predicted: float | None  # [s]; infinite if no step is too large, None without theory
     holds: float | None  # [s] largest step that holds; None if none that was tried does
     fails: float | None  # [s] next step of the grid; None if all that were tried hold

@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatch
 from statistics import median_high
 
+from plumbob.engines.method import fits
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.extra_runs import StepRun, StudyPlan
 from plumbob.engines.study.results import Study
@@ -65,6 +65,8 @@ class SimulatedKind:
     further: tuple[FurtherMotion, ...] = ()
 
 
+# The motion of a digital controller depends on its hold and delay more than on the integrator.
+SERVOS = ("servo/*", "!servo/held-*")
 SIMULATED_KINDS = (
     SimulatedKind(
         "slides",
@@ -84,14 +86,14 @@ SIMULATED_KINDS = (
         "arm",
         (
             *("simple-pendulum/free-*", "simple-pendulum/damped-*", "cone-pendulum/*"),
-            *("linear-pendulum/*", "n-pendulum/*", "servo/*"),
+            *("linear-pendulum/*", "n-pendulum/*", *SERVOS),
         ),
         (
             FurtherMotion("held-control", ("simple-pendulum/forced-*",), alone=True),
             FurtherMotion("flies", ("free-body/*", "heavy-top/*")),
         ),
     ),
-    SimulatedKind("servo", ("servo/*",)),
+    SimulatedKind("servo", SERVOS),
     SimulatedKind(
         "grips",
         ("pinch/*", "incline/rest"),
@@ -394,8 +396,8 @@ def _best(
 
 
 def _matching(scenes: Iterable[Scene], patterns: Sequence[str]) -> list[Scene]:
-    """Returns the scenes whose names match a pattern."""
-    return [s for s in scenes if any(fnmatch(s.name, pattern) for pattern in patterns)]
+    """Returns the scenes whose names match a pattern, and none that leaves them out."""
+    return [scene for scene in scenes if fits(scene.name, tuple(patterns))]
 
 
 def _is_unusual(scene: Scene) -> bool:

@@ -20,6 +20,7 @@ from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.records.plain_data import FOR_JSON, plain
+from plumbob.reports.view.method_results import Results, results_of
 from plumbob.reports.view.site.views import DERIVATIVES_TEMPLATE
 
 ColumnRow = dict[str, Any]
@@ -183,6 +184,7 @@ class StudyColumns:
             "reason": judged.reason,
             "nominal_order": method.order,
             **self._orders(series),
+            **self._orders_on_pages(key),
             **self._cost(key),
             "largest_step": None if limit is None else limit.step,
         }
@@ -196,6 +198,23 @@ class StudyColumns:
         ends = {"order_coarsest": order.steps[0], "order_finest": order.steps[-1]}
         slopes = {"order": order.slope, "order_low": order.low, "order_high": order.high}
         return {**row, **slopes, "order_steps": len(order.steps), **ends}
+
+    @cached_property
+    def _results(self) -> Results:
+        """The results that pages show, by scene and method."""
+        return results_of(self.study, records_of(self.study))
+
+    def _orders_on_pages(self, key: tuple[str, str]) -> ColumnRow:
+        """Returns the orders of the relative error at the end and of the largest one, which pages
+        show beside these errors."""
+        row: ColumnRow = {}
+        result = self._results[key]
+        shown_errors = {"at_end": result.at_end, "of_largest": result.on_the_way}
+        for name, shown in shown_errors.items():
+            if shown is not None:
+                row[f"order_{name}"] = shown.order
+                row[f"predicted_order_{name}"] = shown.predicted_order
+        return row
 
     def _cost(self, key: tuple[str, str]) -> ColumnRow:
         """Returns the cost of a step of a method on a scene."""

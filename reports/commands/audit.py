@@ -87,7 +87,15 @@ MOTION_OPTIONS = (
 )
 LEAST_COLUMNS, MOST_COLUMNS = 60, 120  # width of the short answer on a terminal
 # Options whose results stand in lines that the short answer lacks.
-IN_ALL_LINES = ("verbose", "against", "gradient", "engines", "write_trimmed")
+IN_ALL_LINES = (
+    "verbose",
+    "against",
+    "gradient",
+    "engines",
+    "write_trimmed",
+    "in_the_loop",
+    "episodes",
+)
 CONTACT_OPTIONS = ("body", "speed", "friction")
 FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
 
@@ -199,8 +207,9 @@ def _short_lines(result: Audit | ContactAudit, chosen: argparse.Namespace) -> li
 
 def _with_given_names(audit: Audit, chosen: argparse.Namespace) -> Audit:
     """Returns `audit` with the name of its environment, and with the name of the file that gives
-    its control."""
-    return replace(audit, name=chosen.gym or audit.name, control=control_name(chosen.ctrl))
+    its control. The control of a policy keeps the name that the audit gives it."""
+    control = control_name(chosen.ctrl) if chosen.policy is None else audit.control
+    return replace(audit, name=chosen.gym or audit.name, control=control)
 
 
 def _write_files(rows: Sequence[Row], chosen: argparse.Namespace, began: float) -> None:

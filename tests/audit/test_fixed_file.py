@@ -261,7 +261,7 @@ def test_nothing_is_written_where_the_step_is_to_be_kept(tmp_path, monkeypatch, 
     ]
     assert main(line) == 1
     printed = capsys.readouterr()
-    assert "your error" in printed.out
+    assert "nothing moves under this control" in printed.out
     assert "new.xml is not written: nothing moves on this motion" in printed.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hanging.xml"]
 

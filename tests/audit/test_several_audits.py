@@ -167,7 +167,7 @@ def test_a_broken_model_costs_its_row(folder, capsys):
         "broken.xml",
     ]
     assert "must be a MuJoCo model file" in table[-1]
-    pages = {page.name for page in out.iterdir()}
+    pages = {page.name for page in out.glob("*.html")}
     assert pages == {"audit-models.html", "audit-fine-rod.html", "audit-coarse-rod.html"}
     text = (out / "audit-models.html").read_text("utf-8")
     assert all(f'<a href="{page}"' in text for page in pages - {"audit-models.html"})

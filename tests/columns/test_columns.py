@@ -54,7 +54,21 @@ def known_values(data, scene, name):
             if ratio in rows.arrays:
                 values += (1.0 / rows[ratio]).tolist() + (1e9 / rows[ratio]).tolist()
                 values += (1e-9 * rows[ratio]).tolist()
+    values += costs_of_runs(data, scene, name)
     return np.array(values, dtype=float)
+
+
+def costs_of_runs(data, scene, name):
+    """The computing time of a simulated second [ms], and the simulated time over it, of each run of
+    a method, by the cost of a step of the pair."""
+    pairs = data.pairs.where(scene=scene, method=name)
+    runs = data.runs.where(scene=scene, method=name)
+    costs = []
+    step_costs = (pairs[column].tolist() for column in ("ns_per_step", "ns_low", "ns_high"))
+    for step_cost in chain.from_iterable(step_costs):
+        of_run = 1e3 * step_cost / (runs["real_time_factor"] * runs["ns_per_step"])
+        costs += of_run.tolist() + (1e3 / of_run).tolist()
+    return costs
 
 
 def shown_numbers(text):

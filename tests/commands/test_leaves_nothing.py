@@ -29,7 +29,10 @@ TURNS = ("--qvel", "30,1", "--duration", "0.1", "--budget", "0.5")
 SMALL = ("linear-pendulum/overdamped", "mujoco/euler")
 COMMANDS = {
     "audit": (("audit", "m.xml", *TURNS), set()),
-    "audit, page": (("audit", "m.xml", *TURNS, "--out", "out"), {"out/audit-m.html"}),
+    "audit, page": (
+        ("audit", "m.xml", *TURNS, "--out", "out"),
+        {"out/audit-m.html", "out/audit-m.json"},
+    ),
     "contacts": (("audit", "m.xml", "--contacts"), set()),
     "list": (("list",), set()),
     "solve": (("solve", SMALL[0], "--times", "0.1"), set()),

@@ -87,6 +87,14 @@ NOT_RUN = {
     "plumbob stability simple-pendulum/free-large mujoco/euler ode/rk4 --long --step 0.02": (
         "seconds: test_stability_command.py has a shorter one"
     ),
+    **dict.fromkeys(
+        (
+            "plumbob releases my.xml --versions '>=3.8' --bisect",
+            "plumbob releases my.xml --versions '>=3.8' --bisect --fail-above 5%",
+            "plumbob releases simple-pendulum --versions '>=3.14'",
+        ),
+        "an index of packages: tests/releases has releases of its own",
+    ),
     "plumbob difference a.npz b.npz --model my.xml": "test_difference_command.py makes recordings",
     "plumbob difference a.npz --model my.xml": "the same with one recording",
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",

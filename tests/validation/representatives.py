@@ -42,8 +42,8 @@ def mechanisms(scene, method):
 
 
 def left_out(items, mark_name):
-    """The cases of tests with this mark that a smaller suite leaves out: all but the first `keep` of
-    each, which its mark names."""
+    """The cases of tests with this mark that a smaller suite leaves out: all cases of each test but
+    the first `keep`, which its mark names."""
     met = Counter[str]()
     left = list[pytest.Item]()
     for item in items:
