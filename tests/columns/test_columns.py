@@ -64,7 +64,11 @@ def costs_of_runs(data, scene, name):
     pairs = data.pairs.where(scene=scene, method=name)
     runs = data.runs.where(scene=scene, method=name)
     costs = []
-    step_costs = (pairs[column].tolist() for column in ("ns_per_step", "ns_low", "ns_high"))
+    trims = data.trims.where(scene=scene, method=name)
+    step_costs = [pairs[column].tolist() for column in ("ns_per_step", "ns_low", "ns_high")]
+    step_costs += [
+        trims[column].tolist() for column in ("ns_default", "ns_flags", "ns_trimmed")
+    ]
     for step_cost in chain.from_iterable(step_costs):
         of_run = 1e3 * step_cost / (runs["real_time_factor"] * runs["ns_per_step"])
         costs += of_run.tolist() + (1e3 / of_run).tolist()

@@ -51,12 +51,12 @@ def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys
     assert ("goes on: " in err) == (moment > 1)
     counts = Counter(disturbed.logged(out))
     assert set(counts.values()) == {1}
-    # Two pairs, four extra runs, one drawing, one reading of models, costs of a scene, three largest
-    # steps, measured or predicted, and the search of a derivative.
+    # Two pairs, four extra runs, one drawing, one reading of models, costs of a scene, three
+    # largest steps, measured or predicted, and the search of a derivative.
     assert len(counts) == 13
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
     # with four analyses, what a scene's page takes, and what all pages take
-    assert disturbed.rows(out) == (1, 19)  # and a list
+    assert disturbed.rows(out) == (1, 20)  # and a list
     assert (out / "index.html").read_text() != OLD
 
 
