@@ -47,9 +47,6 @@ NOT_RUN = {
     "plumbob recommend simple-pendulum/free-large --error 1e-6 --like my.xml": (
         "every method of the scene: half a minute; test_like_command.py does a part"
     ),
-    "plumbob audit my.xml --gradient": (
-        "every core for a minute: test_audit_gradient.py does it on small models"
-    ),
     "plumbob recommend 'capsule-line/heading-*' --error 1e-3": (
         "24 scenes: minutes; test_recommend_command.py asks for a smaller family"
     ),
@@ -62,7 +59,6 @@ NOT_RUN = {
             "plumbob run my.xml mujoco/rk4 --step 1e-3",
             "plumbob run my.xml drake/default --ctrl sines",
             "plumbob recommend my.xml --error 1e-3",
-            "plumbob gradient my.xml drake/default --by control",
             "plumbob gradient my.xml drake/default",
             "plumbob gradient my.xml --of slider --by control",
             "plumbob stability my.xml",

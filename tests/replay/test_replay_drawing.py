@@ -202,6 +202,7 @@ def test_a_drawing_is_stored_as_it_is():
     assert repr(geometries[0]) == repr(geometries[1])
 
 
+@pytest.mark.rare
 def test_an_older_replay_is_left_out():
     """A study that was stored with a picture that no script draws any more is shown without it."""
     study = quick()

@@ -92,6 +92,7 @@ def test_no_thumbnail_is_no_file():
     assert thumbnails({"cone-pendulum": card()}) == ""
 
 
+@pytest.mark.rare
 def test_a_study_without_drawings_is_shown_without_them():
     """As a study is that was stored before its scenes were drawn."""
     common = whole_profile.shown().common
