@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -140,7 +139,7 @@ def _show(
         ],
         "rows": rows,
         "changes": changes,
-        "first": first and replace(first, changes=()),
+        "first": first,
         "page": str(page),
     }
     values.show(

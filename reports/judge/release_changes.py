@@ -122,7 +122,6 @@ class FirstChange:
     before: str = ""  # the newest release known to agree with the first
     version: str = ""  # the oldest release known to differ
     tried: tuple[str, ...] = ()  # releases that were measured, in this order
-    changes: tuple[ReleaseChange, ...] = ()  # from `before` to `version`
 
 
 def first_change(versions: Sequence[str], measure: Measure, limit: float) -> FirstChange:
@@ -159,12 +158,7 @@ def first_change(versions: Sequence[str], measure: Measure, limit: float) -> Fir
         if outcome == "moved" and differs(last, middle):
             outcome = "several"
         high = middle
-    found: tuple[ReleaseChange, ...] = ()
-    if not tried[low].why and not tried[high].why:
-        found = tuple(release_changes(tried[low], tried[high]))
-    return FirstChange(
-        outcome, versions[low], versions[high], _named(versions, tried), changes=found
-    )
+    return FirstChange(outcome, versions[low], versions[high], _named(versions, tried))
 
 
 def _differing_between(last: int, differs: Callable[[int], bool]) -> int:
