@@ -16,8 +16,8 @@ LIVING = 100_000
 
 def main() -> int:
     """Run the command line; returns its exit code."""
-    # No command but `view` opens a window. MuJoCo's search for a graphics library starts a process,
-    # which prints a traceback when the terminal is interrupted.
+    # No command but `view` opens a window. MuJoCo's search for a graphics library starts a process;
+    # that process prints a traceback when the terminal is interrupted.
     if sys.argv[1:2] != ["view"]:
         os.environ.setdefault("MUJOCO_GL", "disable")
     # OpenBLAS ends a process, as an interrupt would, if memory does not suffice for its threads.

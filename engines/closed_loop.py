@@ -49,7 +49,7 @@ def load_function(option: str, name: str, folder: str, wanted: str) -> Callable[
     a `folder`. Raises ParameterError, which says what is `wanted`."""
     sys.path.insert(0, folder)
     try:
-        # What the user's module prints does not belong to the answer on stdout.
+        # The answer alone goes to stdout: whatever the user's module prints goes to stderr.
         with must_be("MODULE:FUNCTION", option, name), on_stderr():
             function = pkgutil.resolve_name(name)
     finally:

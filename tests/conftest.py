@@ -36,8 +36,8 @@ LEFT_OUT = {"all": (), "whole": ("rare",), "short": ("rare", "long")}
 
 
 def pytest_collection_modifyitems(config, items):
-    """Those that take seconds first: none is left for one process at the end. A smaller suite
-    leaves them out, but as many cases of each as its mark keeps."""
+    """Put tests that take seconds first, so that none is left for one process at the end. A smaller
+    suite leaves these tests out, except the cases that their marks keep."""
     from plumbob.tests.validation.representatives import left_out
 
     marks = LEFT_OUT[config.getoption("--suite")]

@@ -4,7 +4,8 @@ import time as clock
 
 import numpy as np
 
-GAINS = np.array([-1.0, -29.0, -2.2, -7.0])  # of a linear-quadratic regulator of the cart-pole
+# gains of a linear-quadratic regulator for the cart-pole
+GAINS = np.array([-1.0, -29.0, -2.2, -7.0])
 CALLS = []
 
 

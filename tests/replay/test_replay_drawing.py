@@ -54,8 +54,8 @@ def test_bodies_are_where_mujoco_has_them():
 
 
 def test_each_geom_has_the_extent_that_mujoco_gives_it():
-    """Of the points, thickened: the bounding box that the compiler has computed, within the
-    distance of a polygon from its circle."""
+    """The bounding box of the thickened points is the one that the compiler has computed, within
+    the distance of a polygon from its circle."""
     model = mujoco.MjModel.from_xml_string(EVERY_JOINT)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -79,13 +79,15 @@ def test_every_scene_has_a_drawing():
 
 @pytest.mark.parametrize("name", ["four-bar/crank-rocker", "slider-crank/turning"])
 def test_loops_stay_closed(name):
-    """Of the exact motion, at all samples, and of runs whose errors are not magnified."""
+    """Loops of the exact motion are closed at all samples, and so are loops of runs whose errors
+    are not magnified."""
     (request, *_) = requests(plan_of(recorded(name)))
     mechanism = recorded(name).extras[request].mechanism
     data = json.loads(replay_of(name).data)
     exact, *runs = data["layers"]
     coordinates = np.stack([decoded(c, exact["count"]) for c in exact["channels"]], axis=1)
-    assert largest_gap(mechanism, coordinates) < 1e-6 * data["size"]  # of 24 bits a coordinate
+    # Stored coordinates have 24 bits each.
+    assert largest_gap(mechanism, coordinates) < 1e-6 * data["size"]
     samples = np.linspace(0.0, data["seconds"], exact["count"])
     for run in runs:
         times = decoded(run["times"], run["count"])

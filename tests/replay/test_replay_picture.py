@@ -117,8 +117,8 @@ def misses(canvas, area, wanted):
 
 
 def marked(case, time, body, point):
-    """Where the exact answer has the marked point of a body at `time` [s], in the world [m]: by the
-    geometry of the system, and not by its model file."""
+    """The place [m] in the world of the marked point of a body at `time` [s], by the exact answer
+    and the geometry of the system, and not by its model file."""
     seen = {n: float(v[0]) for n, v in case.reference.observe(np.array([time])).items()}
     return PLACES[case.system.family](case, seen, time, body, np.array(point))
 
