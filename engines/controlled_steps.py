@@ -65,6 +65,13 @@ def _fed_back_steps(stepper: Steps, feedback: Feedback, step: float) -> TakeStep
     return take_steps
 
 
+def controls_at(controls: Controls | Feedback | None, times: Array) -> Array | None:
+    """Returns the controls at times [s], shape (n, controls); None if nothing is controlled. Raises
+    Unsupported for controls that are fed back."""
+    given = given_controls(controls)
+    return None if given is None else given(times)
+
+
 def given_controls(controls: Controls | Feedback | None) -> Controls | None:
     """Returns controls that are functions of time. Raises Unsupported for controls that are fed
     back: they depend on a run, and cannot be computed before it."""

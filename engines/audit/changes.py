@@ -39,6 +39,11 @@ class AuditChange:
     neither better nor worse."""
 
 
+def audited_file(audit: Stored) -> str:
+    """Returns the path of the model file of a stored audit, or the name of the model."""
+    return str(audit.get("path", audit.get("model", "")))
+
+
 def changes(old: Stored, new: Stored) -> tuple[AuditChange, ...]:
     """Returns everything that distinguishes two audits, given as plain data. An error that no
     longer has a value counts as infinite. An error below the uncertainties of the references counts

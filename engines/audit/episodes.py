@@ -19,6 +19,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import OwnModel, Script, Stepped, policy_name
+from plumbob.engines.tangent_space import space_of_layout
 from plumbob.models.border import must_be
 from plumbob.models.entry_points import on_stderr
 
@@ -194,9 +195,10 @@ class Episodes:
     def start(self, number: int) -> Array:
         """Returns the start of an episode: each coordinate and velocity of the script's start is
         moved by up to the spread, uniformly, by the random numbers of that episode."""
-        size = 2 * len(self.model.names["velocity"])
+        space = space_of_layout(self.model.layout)
+        size = 2 * space.velocities
         draw = np.random.default_rng(number)
-        shift = np.zeros(size + self.model.state[self.model.activations].size)
+        shift = np.zeros(space.size(self.model.state))
         shift[:size] = draw.uniform(-self.plan.spread, self.plan.spread, size)
         return self.model.shifted(self.script.start, shift)
 

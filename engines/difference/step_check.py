@@ -23,7 +23,7 @@ from plumbob.engines.difference.sample_steps import (
     SampleSteps,
     StepLaw,
 )
-from plumbob.engines.difference.step_terms import Cause, cause_of, common_cause
+from plumbob.engines.difference.step_terms import Cause, cause_of, common_cause, excess_of
 from plumbob.engines.own_motion import OwnModel
 from plumbob.engines.recorded_step import StepInput, StepOutcome
 
@@ -293,12 +293,6 @@ class StepChecker:
             excess=excess_of(left, allowed.whole),
             cause=cause,
         )
-
-
-def excess_of(left: Array, allowed: Array) -> float:
-    """Returns the largest ratio of what a step leaves to what is allowed."""
-    ratios = np.abs(left) / np.maximum(allowed, np.finfo(float).tiny)
-    return float(np.where(left == 0.0, 0.0, ratios).max(initial=0.0))
 
 
 def worst_place(

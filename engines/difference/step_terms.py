@@ -61,7 +61,7 @@ def cause_of(
         if factor is None:
             continue
         rest = samples.left(interval, suspect.after(before, factor))
-        if is_within(rest, np.maximum(allowed, REST * _size(left, allowed) * allowed)):
+        if is_within(rest, np.maximum(allowed, REST * excess_of(left, allowed) * allowed)):
             factors.append((suspect.name, factor))
     if len(factors) == 1:
         return Cause("factor", *factors[0], factors=tuple(factors))
@@ -73,9 +73,10 @@ def is_within(left: Array, allowed: Array) -> bool:
     return bool((np.abs(left) <= allowed).all())
 
 
-def _size(left: Array, allowed: Array) -> float:
-    """Returns the largest ratio of what is left to what is allowed."""
-    return float((np.abs(left) / np.maximum(allowed, np.finfo(float).tiny)).max(initial=0.0))
+def excess_of(left: Array, allowed: Array) -> float:
+    """Returns the largest ratio of what a step leaves to what is allowed."""
+    ratios = np.abs(left) / np.maximum(allowed, np.finfo(float).tiny)
+    return float(np.where(left == 0.0, 0.0, ratios).max(initial=0.0))
 
 
 def _of_samples(

@@ -125,12 +125,13 @@ def scheme_limit(
     for steps that do not divide the hold and the delay."""
     parts = steps_of(loop.hold, step)
     late = steps_of(loop.delay, step)
-    if not parts or late is None or scheme_flow(loop, scheme, step) is None:
+    flow = scheme_flow(loop, scheme, step)
+    if not parts or late is None or flow is None:
         return None
     if quantity == "delay":
         held = None
         for count in range(MOST_DELAY * parts):
-            if _is_stable(loop, scheme, step, parts, count):
+            if _is_stable(loop, flow, parts, count):
                 held = count
             elif held is not None:
                 return held * step
@@ -139,15 +140,15 @@ def scheme_limit(
     def holds(value: float) -> bool:
         """Whether the loop is stable with another hold or other gains."""
         other = loop.changed(quantity, value)
-        return _is_stable(other, scheme, other.hold / parts, parts, late)
+        changed = scheme_flow(other, scheme, other.hold / parts)
+        assert changed is not None
+        return _is_stable(other, changed, parts, late)
 
     return first_unstable(holds, loop.scan(quantity))
 
 
-def _is_stable(loop: HeldLoop, scheme: Scheme, step: float, parts: int, late: int) -> bool:
-    """Whether a loop is stable under steps [s] of a scheme, `parts` a hold and `late` a delay."""
-    flow = scheme_flow(loop, scheme, step)
-    assert flow is not None
+def _is_stable(loop: HeldLoop, flow: Flow, parts: int, late: int) -> bool:
+    """Whether a loop is stable under steps of this `flow`, `parts` a hold and `late` a delay."""
     whole, rest = divmod(late, parts)
     early = repeated_flow(flow, rest)
     return loop_multiplier(early, repeated_flow(flow, parts - rest), loop.gains, whole) < 1.0

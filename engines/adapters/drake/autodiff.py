@@ -13,7 +13,7 @@ from pydrake.systems.analysis import Simulator_
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepper import DrakeStepper, advance
 from plumbob.engines.adapters.joints import ONE_AXIS
-from plumbob.engines.controlled_steps import given_controls
+from plumbob.engines.controlled_steps import controls_at
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.sampling import step_count
 from plumbob.engines.stepper import EndDerivatives, SceneMechanism
@@ -93,8 +93,7 @@ def _start(
     stepper = DrakeStepper(mechanism, {**method.settings, "time_step": step}, step)
     stepper.put(scene.start)
     times = step * np.arange(steps + 1, dtype=np.float64)
-    given = given_controls(scene.controls)
-    controls = None if given is None else given(times[:-1])
+    controls = controls_at(scene.controls, times[:-1])
     stepper.drive(controls, steps)
     motors = stepper.built.motors
     actuators = mechanism.actuators

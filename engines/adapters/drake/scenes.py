@@ -22,7 +22,7 @@ from plumbob.engines.adapters.stepping import (
     relative_tolerance,
     stepped,
 )
-from plumbob.engines.controlled_steps import given_controls
+from plumbob.engines.controlled_steps import controls_at
 from plumbob.engines.method import Method, Options, Simulation
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.sampling import step_count
@@ -94,9 +94,7 @@ class ContinuousStepper(DrakeStepper):
         times = CONTROL * np.arange(step_count(duration, CONTROL) + 1, dtype=np.float64)
         motors = self.built.motors
         if motors.source is not None:
-            given = given_controls(scene.controls)
-            controls = None if given is None else given(times[:-1])
-            forces = motors.forces(controls, times)
+            forces = motors.forces(controls_at(scene.controls, times[:-1]), times)
             motors.source.UpdateTrajectory(held_forces(forces, times - 0.5 * CONTROL))
 
     def put(self, state: State, time: float = 0.0) -> None:

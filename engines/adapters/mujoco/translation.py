@@ -19,7 +19,7 @@ from plumbob.analytic.schemes import SoftLoop
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import ContactProfile
 from plumbob.engines.adapters.stepping import Observed as Observed
-from plumbob.engines.controlled_steps import given_controls
+from plumbob.engines.controlled_steps import controls_at
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import builder
 from plumbob.engines.trajectory import ByName
@@ -69,10 +69,7 @@ class Translation:
     def held_controls(self, steps: Array, step: float) -> Array | None:
         """The controls held over the steps with these indices, at `step` [s], shape (n, nu); None
         if nothing is controlled. Raises Unsupported for controls that are fed back."""
-        control = given_controls(self.control)
-        if control is None:
-            return None
-        return control((steps + self.control_at) * step)
+        return controls_at(self.control, (steps + self.control_at) * step)
 
     def observed(self, qpos: Array, qvel: Array) -> Observed:
         """The observables and channels of coordinates, shape (n, nq) and (n, nv)."""

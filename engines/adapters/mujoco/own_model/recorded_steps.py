@@ -17,7 +17,7 @@ from plumbob.engines.adapters.mujoco.model_fields import name_with_kind
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.field import with_converging_solver
 from plumbob.engines.adapters.mujoco.own_model.left_out import NEVER
-from plumbob.engines.adapters.mujoco.own_model.readings import control_names, pair_name
+from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import integrator_number, like_start
 from plumbob.engines.adapters.mujoco.terms import apart, put, state_of
 from plumbob.engines.recorded_step import StepInput, StepOutcome, Suspect
@@ -116,14 +116,13 @@ class MujocoRecordedSteps:
         before: StepInput,
         precision: type[np.floating[Any]],
         stored: Callable[[Array], Array],
-        converge: bool = False,
     ) -> Array:
         """Returns the changes of the state after the steps, in tangent coordinates, shape (NUDGES,
         m), if the state, the controls, the forces and the numbers of the model change by a unit in
         the last place of a precision. State and controls change by `stored` of their values if that
-        is more. With `converge`, the solver runs to its floor."""
-        model = self.converging if converge else self.model
-        outcome = self._after(model, self.data, before)
+        is more."""
+        model = self.model
+        outcome = self.after(before)
         largest = sum(np.abs(getattr(self.data, name)) for name in NUDGED_FORCES)
         unit = unit_in_last_place(np.asarray(largest), precision)
         rng = np.random.default_rng(0)
@@ -135,8 +134,6 @@ class MujocoRecordedSteps:
             return np.asarray(values + rng.choice([-1.0, 1.0], values.shape) * size)
 
         other = self.changed
-        solver = (model.opt.solver, model.opt.tolerance, model.opt.iterations)
-        other.opt.solver, other.opt.tolerance, other.opt.iterations = solver
         changes = np.empty((NUDGES, 2 * model.nv + model.na))
         for number, numbers in enumerate(self._nudged_numbers(precision)):
             _set_fields(other, numbers)
@@ -172,8 +169,7 @@ class MujocoRecordedSteps:
         fields = (*NUDGED_FIELDS, *DOF_FIELDS.values(), "geom_contype", "geom_conaffinity")
         _set_fields(self.changed, {name: getattr(self.model, name) for name in fields})
         self.changed.pair_margin[:] = self.model.pair_margin
-        for name in ("gravity", "solver", "tolerance", "iterations"):
-            setattr(self.changed.opt, name, getattr(self.model.opt, name))
+        self.changed.opt.gravity = self.model.opt.gravity
 
     def touching(self, state: Array) -> tuple[Any, ...]:
         """Returns the constraints that are active in a state: contacts, limits and others."""
@@ -275,11 +271,6 @@ class MujocoRecordedSteps:
         free = kinds == mujoco.mjtJoint.mjJNT_FREE
         places = slides | (free & (np.arange(self.model.nv) - firsts < 3))
         return tuple("m" if place else "rad" for place in places.tolist())
-
-    @property
-    def control_names(self) -> tuple[str, ...]:
-        """The name of each control."""
-        return control_names(self.model)
 
 
 def _set_fields(model: Any, fields: dict[str, Any]) -> None:
