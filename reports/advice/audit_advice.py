@@ -66,6 +66,11 @@ class StepChoice:
     limit: float | None  # [s] the largest step of the integrator that holds; None if not known
     passed_over: PassedOver | None  # the cheapest run that seems as good
 
+    @property
+    def new_options(self) -> dict[str, str]:
+        """The values to put into the file, by the names of its options."""
+        return {name: value for name, (_, value) in self.options.items()}
+
 
 @dataclass(frozen=True)
 class StepEvidence:

@@ -60,14 +60,12 @@ def check_new_file(name: str, target: Path, suffix: str) -> None:
     """Raises ParameterError, naming the option `name`, if the file `target` exists, does not end
     with `suffix`, or cannot be written."""
     expected = f"{NEW_FILE}, with the ending {suffix}"
+    if target.suffix != suffix:
+        raise ParameterError(name, str(target), expected)
     try:
-        if target.suffix != suffix:
-            raise ParameterError(name, str(target), expected)
         target.touch(exist_ok=False)
         target.unlink()
     except (OSError, ValueError) as error:
-        if isinstance(error, ParameterError):
-            raise
         reason = error.strerror if isinstance(error, OSError) else error
         raise ParameterError(name, str(target), f"{expected} ({reason})") from None
 
@@ -89,7 +87,7 @@ def write_fixed_file(
     choice = _choice_to_write(advice)
     if choice is None:
         raise NothingToFix(_reason(audit, advice))
-    options = {name: value for name, (_, value) in choice.options.items()}
+    options = choice.new_options
     # Time constants are raised for another step; the step itself does not need them.
     raised = advice.raised if "timestep" in options else ()
     fix = FileFix(options, choice.unguarded, raised, advice.raised_to)

@@ -17,7 +17,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.changes import changes
+from plumbob.engines.audit.changes import audited_file, changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
@@ -504,7 +504,7 @@ def matching_audit(
     """Returns the audit in `stored` that belongs to `file`: the audit with its path, or else with
     its name. If `file` is audited `alone`, a single stored audit belongs to it under any name.
     Raises ParameterError if no audit or several audits match."""
-    paths = [Path(old.get("path", old.get("model", ""))) for old in stored]
+    paths = [Path(audited_file(old)) for old in stored]
     same_path = [path == file for path in paths]
     same_name = [path.name == file.name for path in paths]
     for matches in (same_path, same_name, [alone] * len(stored)):

@@ -166,7 +166,7 @@ def _file_record(
     if best is not None:
         choice = step_choice_record(best)
         del choice["target"]
-        choice["options"] = {name: value for name, (_, value) in best.options.items()}
+        choice["options"] = best.new_options
 
     def step_record(step: StepError) -> dict[str, Any]:
         """Returns the integrator, the step, the error [m] and the cost of a run as plain data."""

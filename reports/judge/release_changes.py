@@ -4,11 +4,10 @@ motions, errors and fields of model files."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
-from plumbob.engines.audit.changes import changes
+from plumbob.engines.audit.changes import audited_file, changes
 from plumbob.engines.releases.measuring import Release
 from plumbob.reports.judge.study_differences import study_differences
 
@@ -83,11 +82,6 @@ def _scene_changes(old: Release, new: Release) -> Iterator[ReleaseChange]:
             elif subject not in largest or _size(change) > _size(largest[subject]):
                 largest[subject] = change
     yield from largest.values()
-
-
-def audited_file(audit: Mapping[str, Any]) -> str:
-    """Returns the path of the model file of a stored audit, or the name of the model."""
-    return str(audit.get("path", audit.get("model", "")))
 
 
 def _model_changes(old: Release, new: Release) -> Iterator[ReleaseChange]:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:  # records that need the theory of the band
     from plumbob.engines.difference.step_check import CheckedSteps, StepFinding
 
 DIFFERENCE_PAGE = "difference.html"
-SHOWN_COORDINATES = 4  # coordinates whose motions the page shows: those that differ most
 PACKAGES_USED = ("mujoco", "numpy", "scipy")
+SHOWN_COORDINATES = 4  # coordinates whose motions the page shows: those that differ most
 LINES = 5  # findings of a recording that the terminal shows
 
 
@@ -45,6 +45,7 @@ def _words(compared: ComparedMotions) -> dict[str, Any]:
 
 def difference_record(compared: ComparedMotions) -> dict[str, Any]:
     """Returns the answer as the JSON object that `--json` prints."""
+    versions = provenance("").versions
     verdict = difference_verdict(compared)
     values = {
         "model": compared.model.name,
@@ -63,7 +64,7 @@ def difference_record(compared: ComparedMotions) -> dict[str, Any]:
             for recording, steps in zip(compared.recordings, compared.steps, strict=True)
         ],
         "difference": _difference_record(compared.difference),
-        "versions": {name: provenance("").versions[name] for name in PACKAGES_USED},
+        "versions": {name: versions[name] for name in PACKAGES_USED},
     }
     return dict(plain(values, FOR_JSON))
 
@@ -115,12 +116,13 @@ def _difference_record(difference: MotionDifference | None) -> dict[str, Any] | 
 def write_difference_page(compared: ComparedMotions, folder: Path, command: str) -> Path:
     """Writes the page of a comparison into `folder` and returns its path. `command` repeats the
     comparison. Raises OSError if the folder cannot be written."""
+    words = _words(compared)
     page = fill_page(
         "difference.html.jinja",
-        **_words(compared),
-        lines=difference_lines(compared),
+        **words,
+        lines=terminal_lines("difference", **words),
         figures=_figures(compared),
-        findings=table_or_none("step_findings", motions=_words(compared)["motions"]),
+        findings=table_or_none("step_findings", motions=words["motions"]),
         made=provenance(command),
     )
     return write_file(page, folder, DIFFERENCE_PAGE)

@@ -32,6 +32,8 @@ from plumbob.reports.records.page_records import PairVerdict, Records
 from plumbob.reports.view.palette import size_class
 
 Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
+# Meanings of results whose errors are as expected of the method
+TRUSTED_MEANINGS: tuple[Meaning, ...] = ("predicted", "converges")
 SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
     {
         "predicted": (

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from plumbob.engines.audit.changes import audited_file
 from plumbob.engines.releases.measuring import Release
-from plumbob.reports.judge.release_changes import ReleaseChange, audited_file
+from plumbob.reports.judge.release_changes import ReleaseChange
 from plumbob.reports.records.notation import metres
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.view.method_results import results_of

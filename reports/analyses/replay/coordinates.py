@@ -36,8 +36,7 @@ def with_prescribed_joints(case: Case, drawing: SceneDrawing) -> SceneDrawing:
     """Returns the drawing of a case at FINE_SAMPLES, in which the coordinate of each joint with a
     prescribed velocity is the integral of that velocity."""
     times, step = np.linspace(0.0, case.scene.duration, FINE_SAMPLES, retstep=True)
-    samples = np.linspace(0.0, case.scene.duration, len(drawing.coordinates))
-    coordinates = interpolated(samples, drawing.coordinates, times)
+    coordinates = _drawn_coordinates(case, drawing, times)
     file = case.system.model_file
     velocities = file.ideal(case.problem).velocities if file else {}
     first = 0
@@ -50,6 +49,12 @@ def with_prescribed_joints(case: Case, drawing: SceneDrawing) -> SceneDrawing:
     return SceneDrawing(drawing.mechanism, coordinates)
 
 
+def _drawn_coordinates(case: Case, drawing: SceneDrawing, times: Array) -> Array:
+    """Returns the coordinates of the drawing of a case at times [s], shape (n, coordinates)."""
+    samples = np.linspace(0.0, case.scene.duration, len(drawing.coordinates))
+    return interpolated(samples, drawing.coordinates, times)
+
+
 def interpolated(times: Array, values: Array, at: Array) -> Array:
     """Returns values at times [s], shape (n, k), interpolated linearly at the times `at`."""
     return np.stack([np.interp(at, times, column) for column in values.T], axis=1)
@@ -59,8 +64,7 @@ def exact_coordinates(case: Case, drawing: SceneDrawing, times: Array) -> Array:
     """Returns coordinates of the exact motion of a case at times [s], shape (n, coordinates). They
     have the exact observables. Where no observable shows a coordinate, it is that of the
     drawing."""
-    samples = np.linspace(0.0, case.scene.duration, len(drawing.coordinates))
-    near = interpolated(samples, drawing.coordinates, times)
+    near = _drawn_coordinates(case, drawing, times)
     exact = case.reference.observe(times)
     observed = shown_observables(case, near)
     missing = {name: exact[name] - observed[name] for name in observed if name in exact}

@@ -100,7 +100,8 @@ def answer_rows(answer: Finding) -> list[tuple[str, str]]:
 
 def answer_lines(answer: Finding) -> list[str]:
     """Returns the rows of an answer as lines of text, with the texts aligned in a column."""
-    return [f"{name:{_indent(answer)}}{text}" for name, text in answer_rows(answer)]
+    indent = _indent(answer)
+    return [f"{name:{indent}}{text}" for name, text in answer_rows(answer)]
 
 
 def _indent(answer: Finding) -> int:

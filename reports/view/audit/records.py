@@ -91,11 +91,10 @@ def _motion_record(audit: Audit) -> Plain:
 def fixed_record(fixed: FixedFile) -> Plain:
     """Returns a file into which the advice of an audit is written, as a JSON object: its options,
     and the errors [m] before, as promised, and as its own audit found them."""
-    options = {name: value for name, (_, value) in fixed.choice.options.items()}
     return {
         "file": str(fixed.path),
         "place": fixed.place,
-        "options": options,
+        "options": fixed.choice.new_options,
         "refsafe_disabled": fixed.choice.unguarded,
         **_attributes(fixed, "until", "before", "promised", "error", "uncertainty", "kept"),
         "why": fixed.audit.reference.why,

@@ -8,7 +8,7 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.records import notation
 from plumbob.reports.records.page_records import SystemRecord
 from plumbob.reports.view.content import Table
-from plumbob.reports.view.method_results import MethodResult, Results
+from plumbob.reports.view.method_results import TRUSTED_MEANINGS, MethodResult, Results
 from plumbob.reports.view.site.matrix import engine_names
 from plumbob.reports.view.tables import table_or_none
 
@@ -51,7 +51,7 @@ def _cell(ran: Mapping[str, Sequence[MethodResult]]) -> str:
     ranks = []
     for name, results in ran.items():
         errors = [result.at_reference for result in results if result.at_reference]
-        limited = any(error.meaning not in ("predicted", "converges") for error in errors)
+        limited = any(error.meaning not in TRUSTED_MEANINGS for error in errors)
         largest = max(error.error for error in errors)
         ranks.append((len(results) < most, limited, largest, name))
     if not ranks:

@@ -10,7 +10,12 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.simulated_kinds import SIMULATED_KINDS, usual_scenes
 from plumbob.reports.records.page_records import SystemRecord
-from plumbob.reports.view.method_results import MethodResult, Results, ShownError
+from plumbob.reports.view.method_results import (
+    TRUSTED_MEANINGS,
+    MethodResult,
+    Results,
+    ShownError,
+)
 from plumbob.reports.view.site.matrix import engine_names, sorted_scenes
 from plumbob.reports.view.site.views import PageView
 
@@ -40,9 +45,11 @@ def side_by_side(
 ) -> PageView | None:
     """Returns the view of two chosen methods or engines side by side; None if no two have a scene
     in common."""
+    by_scene: dict[str, list[MethodResult]] = {scene.name: [] for scene in study.scenes}
+    for result in all_results.values():
+        by_scene[result.scene.name].append(result)
     rows = [
-        _scene_errors([one for one in all_results.values() if one.scene.name == scene.name])
-        for scene in sorted_scenes(study.scenes, systems)
+        _scene_errors(by_scene[scene.name]) for scene in sorted_scenes(study.scenes, systems)
     ]
     pairs = [pair for pair in FIRST_PAIRS if any(set(pair) <= set(row.errors) for row in rows)]
     if not pairs:
@@ -77,7 +84,7 @@ def _scene_errors(results: Sequence[MethodResult]) -> SceneErrors:
             continue
         errors[result.name] = shown
         if not result.method.surrogate:
-            limited = result.meaning not in ("predicted", "converges")
+            limited = result.meaning not in TRUSTED_MEANINGS
             rank = (limited, largest.error, result.name)
             ranks.setdefault(result.method.engine, []).append(rank)
     best = {engine: min(of_engine)[2] for engine, of_engine in ranks.items()}

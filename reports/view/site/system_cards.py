@@ -9,12 +9,10 @@ from dataclasses import dataclass
 
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.records.page_records import Replay
-from plumbob.reports.view.method_results import MethodResult, ShownError
+from plumbob.reports.view.method_results import TRUSTED_MEANINGS, MethodResult, ShownError
 
 # largest ratio of the best setting's error to the default's that is worth a change
 CLEARLY = 0.5
-
-TRUSTED = ("predicted", "converges")  # meanings of results whose settings a card may name
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ def system_card(results: Sequence[MethodResult], replay: Replay | None) -> Syste
     method, best = "", None
     smallest = CLEARLY * default.error if default else 0.0
     for result in results:
-        trusted = result.meaning in TRUSTED and not result.method.surrogate
+        trusted = result.meaning in TRUSTED_MEANINGS and not result.method.surrogate
         shown = result.largest_at_reference if trusted else None
         if result.method.engine == engine and shown and shown.error < smallest:
             method, best, smallest = result.name, shown, shown.error
