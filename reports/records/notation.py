@@ -64,9 +64,8 @@ def step(value: float, control: str) -> str:
 def seconds(value: float) -> str:
     """Returns a time [s] in the unit that suits its size: s, ms, µs or ns."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if (
-            abs(value) >= 0.9995 * size
-        ):  # what is 1000 of a unit with three digits is 1 of the next
+        # 1000 of a unit, with three digits, is 1 of the next unit.
+        if abs(value) >= 0.9995 * size:
             return f"{number(value / size)} {unit}"
     return f"{number(value / 1e-9)} ns"
 

@@ -13,7 +13,6 @@
     const values = Object.fromEntries(asked.map((one) => [one.dataset.ask, one.value]));
     const first = {kind: kinds[0].dataset.kind, ...values};
     const chosen = {...first};
-    form.hidden = false;
     section.classList.add("chosen");
     for (const details of section.querySelectorAll(".others")) {
       const kind = details.closest(".kind"), parts = [".advice", ".copied"].flatMap((part) => [...kind.querySelectorAll(part)]);

@@ -38,7 +38,7 @@
     convert(page);
     observer ??= new MutationObserver((changes) => {
       observer.disconnect();
-      for (const {target, addedNodes} of changes) [...addedNodes, target].forEach(convert);
+      for (const {target} of changes) convert(target);
       observer.observe(page, look);
     });
     observer.observe(page, look);

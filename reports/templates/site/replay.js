@@ -112,8 +112,8 @@
   };
 
   // ---- the picture ----------------------------------------------------------------------------
-  const WIDTHS = {exact: 1, first: 2, second: 1.3};
-  const DASHES = {exact: [], first: [9, 5], second: []};
+  const WIDTHS = {first: 2, second: 1.3};
+  const DASHES = {first: [9, 5], second: []};
   const RINGS = {first: [8.5, 2], second: [11.5, 1.5]};
   const picture = (canvas, data, highest) => {
     const pen = canvas.getContext("2d"), layers = data.layers.map((given) => layerOf(given, data.seconds));
@@ -333,7 +333,6 @@
       box.addEventListener("change", () => { layer.on = box.checked; draw(); });
     });
 
-    figure.classList.add("moving");
     figure.querySelector(".live").hidden = false;
     watched(draw);
     report();
