@@ -92,7 +92,7 @@ class EpisodeReturns:
 
     @property
     def difference(self) -> MeanInterval | None:
-        """By how much the limit, or else the finest step of the own integrator, differs from the
+        """The difference of the limit, or else of the finest step of the own integrator, from the
         own step; None if too few episodes reach their end."""
         if self.limit is not None:
             return self.limit

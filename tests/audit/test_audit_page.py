@@ -178,7 +178,7 @@ FALLING = """<mujoco><option timestep="0.005"/><worldbody>
 
 @pytest.mark.long
 def test_the_page_of_a_model_with_contacts_is_printed_on_one_sheet(tmp_path, browser, capsys):
-    """On A4 and on Letter, with the replay and the table of all lines."""
+    """One sheet of A4 or of Letter holds the replay and the table of all lines."""
     (tmp_path / "box.xml").write_text(FALLING, "utf-8")
     short = ["--duration", "0.4", "--budget", "5", "--out", str(tmp_path)]
     assert main(["audit", str(tmp_path / "box.xml"), *short]) == 0

@@ -57,9 +57,9 @@ def test_40_digits_at_random_parameters(seed):
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 0.7])
 def test_limits_have_the_closed_forms_of_the_double_integrator(ratio):
-    """By Jury's conditions on z^2 - t z + d. Exact motion: d < 1 gives h w < 4 zeta, and z = -1
-    gives h w < 1/zeta. Semi-implicit Euler at a step a hold: z = -1 at h w = 2 (sqrt(1 + zeta^2) -
-    zeta). RK4 takes a constant torque exactly."""
+    """Jury's conditions on z^2 - t z + d give the limits. Exact motion: d < 1 gives h w < 4
+    zeta, and z = -1 gives h w < 1/zeta. Semi-implicit Euler at a step a hold: z = -1 at h w =
+    2 (sqrt(1 + zeta^2) - zeta). RK4 takes a constant torque exactly."""
     loop = loop_of(ratio)
     exact = min(4.0 * ratio, 1.0 / ratio) / OMEGA
     assert loop.limit("hold") == pytest.approx(exact, rel=1e-9)

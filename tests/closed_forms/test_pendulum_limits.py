@@ -198,5 +198,6 @@ def test_the_nonlinearity_bounds_the_second_order_response(pendulum, turns):
     )
     largest = np.maximum.accumulate(np.abs(first), axis=1)
     ratio = (np.abs(second[:, 1:]) / largest[:, 1:]).max() / nonlinearity
-    # at most the bound, and no less than half of it: each effect adds half of its part or more
+    # The ratio is at most the bound and at least half of it: each effect adds half of its part or
+    # more.
     assert 0.5 < ratio < 1.0

@@ -130,7 +130,7 @@ def test_every_number_of_a_page_is_in_a_table(monkeypatch):
 
 
 def test_a_data_frame_in_three_lines(tmp_path, monkeypatch):
-    """With a package in place of pandas, which is none of plumbob's; without it, one sentence."""
+    """A stand-in takes the place of pandas; without it, the error is one sentence."""
     save(quick(), tmp_path / "studies.sqlite3")
     monkeypatch.setitem(sys.modules, "pandas", None)
     errors = plumbob.load(tmp_path).errors

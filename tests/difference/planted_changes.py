@@ -6,11 +6,9 @@ import copy
 import mujoco
 import numpy as np
 
+from plumbob.engines.adapters.mujoco.terms import state_of
+
 SEED = 3
-
-
-def state_of(data):
-    return np.concatenate([data.qpos, data.qvel, data.act])
 
 
 def sines(model, step):

@@ -149,7 +149,7 @@ def untouched(model, shape, phase):
 @pytest.mark.long
 @pytest.mark.parametrize("name", ROBOTS, ids=named)
 def test_further_recordings_as_they_are_have_no_finding(name):
-    """With the recordings above, a hundred of six robots."""
+    """These and the recordings above are a hundred recordings of six robots."""
     model = compiled(name)
     for phase in (50, 100, 150):
         for shape in ("as it is", "warm", "from the middle", "each fourth"):

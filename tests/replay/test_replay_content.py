@@ -24,8 +24,8 @@ FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 @pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", NAMES)
 def test_samples_follow_the_exact_motion_between_them(name):
-    """At times that are no samples, interpolated as the page's script does it, the coordinates have
-    the exact observables."""
+    """The coordinates have the exact observables also between samples, interpolated as the page's
+    script does it."""
     data = json.loads(replay_of(name).data)
     assert len(replay_of(name).data) < 1e3 * KILOBYTES
     case = case_of(find_scene(name)).lasting(data["seconds"])

@@ -14,13 +14,13 @@ from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.results import TaskResult
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.analyses.replay import replay, requests
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.view.method_results import results_of
 from plumbob.reports.view.site.views import scene_view
 from plumbob.tests.replay.all_replays import decoded, plan, recorded, replay_of
-from plumbob.tests.support.declared import plan_of
 from plumbob.tests.support.studies import SCENE, quick
 
 # Joints of each kind, several in one body, anchors and references that are not zero.
@@ -81,7 +81,7 @@ def test_every_scene_has_a_drawing():
 def test_loops_stay_closed(name):
     """Loops of the exact motion are closed at all samples, and so are loops of runs whose errors
     are not magnified."""
-    (request, *_) = requests(plan_of(recorded(name)))
+    (request, *_) = requests(study_plan(recorded(name)))
     mechanism = recorded(name).extras[request].mechanism
     data = json.loads(replay_of(name).data)
     exact, *runs = data["layers"]
@@ -142,7 +142,7 @@ def test_a_motion_is_seen_where_it_shows(name, view):
 
 def drawn_picture(name):
     """The picture of a scene's exact motion at the samples of its drawing."""
-    (request, *_) = requests(plan_of(recorded(name)))
+    (request, *_) = requests(study_plan(recorded(name)))
     drawing = recorded(name).extras[request]
     return Picture(drawing.mechanism, drawing.coordinates)
 
@@ -168,7 +168,7 @@ def test_a_slope_is_drawn_as_one():
     slope = case_of(find_scene("incline/stops")).problem.slope
     downhill = np.array([1.0, 0.0, 0.0])
     assert downhill @ up < 0.0
-    (request, *_) = requests(plan_of(recorded("incline/stops")))
+    (request, *_) = requests(study_plan(recorded("incline/stops")))
     against = recorded("incline/stops").extras[request].mechanism.up
     assert downhill @ against == pytest.approx(-np.sin(slope))
 
@@ -183,7 +183,7 @@ def test_errors_count_the_turning_of_a_body():
 
 def test_a_motion_without_a_shape_has_no_replay():
     study = recorded(SCENE)
-    (request, *_) = requests(plan_of(study))
+    (request, *_) = requests(study_plan(study))
     drawing = study.extras[request]
     without = replace(drawing, mechanism=replace(drawing.mechanism, solids=()))
     for extras in ({}, {**study.extras, request: without}):
@@ -192,7 +192,7 @@ def test_a_motion_without_a_shape_has_no_replay():
 
 def test_a_drawing_is_stored_as_it_is():
     study = recorded("slider-crank/turning")
-    (request, *_) = requests(plan_of(study))
+    (request, *_) = requests(study_plan(study))
     stored = TaskResult(study.extras[request], request)
     read = from_json(to_json(stored), TaskResult)
     assert read.request == request

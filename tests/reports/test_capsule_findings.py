@@ -126,7 +126,7 @@ def test_repeated_manoeuvres():
     costs = {(c.scene, c.method): Cost(1e3, 1e3, 1e3, 1.0, 0.0, 5) for c in ran.convergence}
     timed = finding(capsule_train.TOTAL, replace(ran, costs=costs))
     assert {line[-1].text for line in timed.tables[0].rows} == {"320 µs"}  # 320 steps of 1 µs
-    # it needs no run
+    # The finding on the mean speed needs no run.
     assert [one.name for one in findings_of("capsule-train", nothing())] == [
         "capsule-mean-speed"
     ]

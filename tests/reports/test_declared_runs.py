@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from plumbob.reports.analyses import requests
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.view.site.writing import site_in_one_file
 from plumbob.tests.site.whole_profile import shown, small
-from plumbob.tests.support.declared import plan_of
 from plumbob.tests.support.page_document import resolve
 from plumbob.tests.support.studies import no_engine, quick
 
@@ -17,7 +17,7 @@ def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared
     with no_engine():
         page = site_in_one_file(pages)
     assert "printed-hamiltonian" in page
-    assert pages.common["study"].extras.looked_up == set(requests(plan_of(quick())))
+    assert pages.common["study"].extras.looked_up == set(requests(study_plan(quick())))
 
 
 @pytest.mark.long

@@ -125,8 +125,8 @@ def test_a_further_motion_has_the_step_of_the_setting_or_a_smaller_one():
 
 
 def test_only_runs_that_a_plan_lacks_are_asked_for():
-    """At the default step, of methods that the plan runs on the scene; a scene of which it is one
-    of the own steps lacks none."""
+    """The runs are at the default step, of methods that the plan runs on the scene; a scene that
+    has this step among its own lacks none."""
     scenes = matching_scenes("capsule-line/ca1,servo/motor-damped,capsule-hold/0.999", "quick")
     plan = StudyPlan("quick", tuple(scenes), find_methods("mujoco/*"))
     asked = {(of.scene, of.method, of.step) for of in simulated_kinds.step_requests(plan)}

@@ -1,4 +1,4 @@
-"""What the pages of a site print, read back, and compared with the stored runs."""
+"""The numbers that the pages of a site print, read back and compared with the stored runs."""
 
 import html
 import math
@@ -297,7 +297,7 @@ class Site:
 
 
 def _meaning(verdict):
-    """What a stored verdict means to a reader."""
+    """The meaning of a stored verdict to a reader."""
     if verdict["standing"] == "unexpected":
         return "unexpected"
     if verdict["verdict"] in ("unsupported", "missing"):

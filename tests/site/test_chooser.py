@@ -137,7 +137,8 @@ def test_the_default_errors_are_those_of_the_stored_runs(kind, text):
 
 @pytest.mark.parametrize("kind", SCENES)
 def test_no_advice_is_dominated_or_misses_an_error_that_is_reached(kind, text):
-    """Of every setting that all scenes of the kind bound, by the stored runs and by other code."""
+    """The advice is chosen from every setting that all scenes of the kind bound, by other code from
+    the stored runs."""
     methods = [m.name for m in chosen.study().methods if m.name.startswith("mujoco/")]
     done = {
         (name, h): max(errors)
@@ -176,7 +177,7 @@ def _trusted(scene, method):
 
 
 def test_no_advised_step_is_within_a_fifth_of_its_limit(text):
-    """Of the one scene whose limits are known; each limit is said beside the setting."""
+    """Only one scene has known limits; each limit is said beside the setting."""
     limits = {
         request.method: min(limit.largest for limit in found.limits)
         for request, found in chosen.study().extras.items()
@@ -225,8 +226,8 @@ def test_the_address_restores_a_choice_and_the_settings_are_the_commands(
         assert visit.ask(SEEN) == before
 
 
-# Each question with the place that answers it, within one screen and one click of the index, and
-# what the place says: by the studies whose pages are drawn here.
+# Questions, each with the place that answers it, within one screen and one click of the index, and
+# with the text there in the studies whose pages are drawn here.
 QUESTIONS = {
     "which step for 1 % on a sliding robot": (
         "#simulate?kind=slides&step=any&error=0.01",

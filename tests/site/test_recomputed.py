@@ -75,8 +75,8 @@ KINDS = {
     "count",
     "range",
 }
-# What earlier pages printed and the runs contradict: (kind, page, text of the page, text in its
-# place). A pattern stands for the number beside it.
+# Numbers that earlier pages printed and the runs contradict: (kind, page, text of the page, text
+# in its place). A pattern stands for the number beside it.
 LINE, CONE = "capsule-line-ca1", "cone-pendulum-rotating-base"
 PLANTED = {
     "order of another error": (
@@ -183,7 +183,8 @@ def test_nothing_is_claimed_that_no_study_stores(site):
 
 @pytest.mark.long
 def test_commands_print_what_the_pages_print(site, capsys):
-    """Those that the pages print, and those of cells of the table of errors, up to RUN_AGAIN."""
+    """The commands are those that the pages print, and those of cells of the table of errors, up to
+    RUN_AGAIN."""
     asked = commands(site.pages)
     asked += [
         f"plumbob run {scene} {method} --step {AT}"

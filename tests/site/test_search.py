@@ -77,7 +77,7 @@ def test_keys_open_it_choose_and_close(name, index, browser):
         assert all(url.startswith("file:") for url in visit.requests)
 
 
-# What is typed, and what is found first.
+# Words that are typed, each with the entry that is found first
 FOUND = {
     **dict.fromkeys(
         ("timestep", "dt", "blow up", "unstable", "step"), "The largest step I may take"

@@ -16,7 +16,7 @@ from plumbob.tests.site import whole_profile
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.studies import SCENE, quick
 
-# What a thumbnail shows, and whether anything is drawn on it.
+# The picture of a thumbnail, and whether anything is drawn on it
 SHOWN = "(canvas) => canvas.toDataURL()"
 DRAWN = """(canvas) => {
   const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -94,7 +94,7 @@ def test_no_thumbnail_is_no_file():
 
 @pytest.mark.rare
 def test_a_study_without_drawings_is_shown_without_them():
-    """As a study is that was stored before its scenes were drawn."""
+    """A study that was stored before its scenes were drawn has no drawings."""
     common = whole_profile.shown().common
     views = [_without_drawings(view) for view in common["views"]]
     index = fill_page(

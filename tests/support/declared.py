@@ -40,6 +40,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import with_exact_numbers
+from plumbob.reports.analyses.measurements import study_plan
 from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.finding_text import read_findings
 
@@ -55,14 +56,9 @@ def made(request):
     return request.answer(find_method(request.method))
 
 
-def plan_of(study):
-    """The planned runs of a study."""
-    return StudyPlan(study.profile, study.scenes, study.methods)
-
-
 def declared(study, *requests):
     """A study with the extra runs that these declare for its plan, and no others."""
-    wanted = [request for one in requests for request in one(plan_of(study))]
+    wanted = [request for one in requests for request in one(study_plan(study))]
     return replace(study, extras={request: made(request) for request in wanted})
 
 

@@ -81,6 +81,6 @@ def test_a_map_shows_the_largest_error_and_stays_small(counts):
     [(10, 0, 0.01, "1 %"), (9, 0, 0.01, ""), (12, 3, 0.01, ""), (100, 0, 0.02, "")],
 )
 def test_nine_of_ten_are_said_of_ten_runs_or_more(points, without, ninety, text):
-    """And if they differ from the largest."""
+    """They are said only if they differ from the largest error, too."""
     row = {"ninety": ninety, "largest": 0.02, "without": without}
     assert tenth_text(row, points) == text

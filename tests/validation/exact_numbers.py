@@ -20,7 +20,8 @@ from plumbob.reports.analyses import section
 from plumbob.reports.records.exact_numbers import ExactNumbers, exact_numbers_file
 from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 
-PACKAGES = ("plumbob", "Python", "numpy", "scipy", *DIGITS)  # that exact motions depend on
+# packages whose versions exact motions depend on
+PACKAGES = ("plumbob", "Python", "numpy", "scipy", *DIGITS)
 
 
 def exact_analyses():

@@ -79,7 +79,7 @@ def apart(shipped, computed, place, relative=RELATIVE):
 def test_shipped_numbers_are_those_that_are_computed_now(template, pytestconfig):
     if template in SLOW and pytestconfig.getoption("--profile") == "quick":
         pytest.skip("computed by make test-long")
-    # As the page has them: written and read again.
+    # The numbers are written and read again, as the numbers of the page were.
     computed = from_json(text_of(computed_now(ANALYSES[template])), ExactNumbers)
     shipped = exact_numbers_of(template)
     assert list(apart(shipped.numbers, computed.numbers, template)) == []
