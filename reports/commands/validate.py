@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
@@ -47,7 +48,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     if not pairs(scenes, methods):
-        note(_reason_of_no_runs(scenes, methods))
+        raise _no_runs(scenes, methods)
     with values.workers(chosen) as (executor, jobs):
         return _measure_and_report(chosen, scenes, methods, executor, jobs)
 
@@ -158,14 +159,15 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     return (own_method(like), *methods) if like else methods
 
 
-def _reason_of_no_runs(scenes: Sequence[Scene], methods: Sequence[Method]) -> str:
-    """Returns one line that says why a study of these scenes and methods has no runs."""
+def _no_runs(scenes: Sequence[Scene], methods: Sequence[Method]) -> ParameterError:
+    """Returns the error for methods of which none is meant for one of the scenes. The error names
+    the other methods of the same engines that are."""
     engines = dict.fromkeys(method.engine for method in methods)
     methods_of_engines = find_methods(",".join(f"{engine}/*" for engine in engines))
-    others = dict.fromkeys(method.name for _, method in pairs(scenes, methods_of_engines))
+    usable = dict.fromkeys(method.name for _, method in pairs(scenes, methods_of_engines))
+    advice = f", such as {', '.join(usable)}" if usable else ""
     names = ", ".join(method.name for method in methods)
-    advice = f"; meant for them: {', '.join(others)}" if others else ""
-    return f"no runs: none of the methods {names} is meant for one of these scenes{advice}"
+    return ParameterError("methods", names, f"methods that are meant for these scenes{advice}")
 
 
 def exit_code(study: Study, results: Results) -> int:
