@@ -29,6 +29,12 @@ def test_the_audited_file_is_shipped():
     assert (Path(plumbob.__file__).parent / model).is_file()
 
 
+def test_each_row_of_the_page_has_a_cell_for_each_column():
+    """A line of a template that begins with an empty cell was read as a row of its own."""
+    for table in sample_audit().finding.tables:
+        assert {len(row) for row in table.rows} == {len(table.heads)}, table.caption
+
+
 def _found(content):
     """What an audit found, without costs, which differ from machine to machine."""
     runs = next(t for t in content.finding.tables if t.caption.startswith("Every run"))

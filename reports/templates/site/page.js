@@ -264,6 +264,8 @@
   };
 
   const legends = (root) => {
+    const narrow = matchMedia("(max-width: 620px)").matches;
+    for (const methods of root.querySelectorAll(".methods")) methods.open = !narrow;
     const buttons = [...root.querySelectorAll("[data-method]")];
     const pressed = (button) => button.getAttribute("aria-pressed") === "true";
     const follow = () => {
