@@ -126,12 +126,14 @@ def test_methods_of_one_colour_have_markers_of_their_own():
 
 
 def _alike(figure):
-    """Pairs of curves of a figure that neither colour nor markers nor dashes tell apart."""
+    """Pairs of curves of a figure that colour, markers, dashes and width do not tell apart.
+    Predictions are left out: each lies on the marks of its own curve."""
     named = {}
     for trace in figure["data"]:
-        if trace.get("name") and "line" in trace and "opacity" not in trace:
-            marker = trace.get("marker", {}).get("symbol")
-            named[trace["name"]] = (trace["line"]["color"], marker, trace["line"]["dash"])
+        shown = trace.get("name") and trace.get("showlegend", True) and "opacity" not in trace
+        if shown and "line" in trace and trace["line"]["color"] != palette.INK:
+            line, marker = trace["line"], trace.get("marker", {}).get("symbol")
+            named[trace["name"]] = (line["color"], marker, line["dash"], line["width"])
     return [
         (figure["layout"]["yaxis"]["title"]["text"], one, other)
         for (one, a), (other, b) in combinations(named.items(), 2)

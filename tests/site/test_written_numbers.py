@@ -12,7 +12,7 @@ from plumbob.tests.support.page_document import folded, site_files
 
 # What no page shows: {what is wrong: pattern}
 REFUSED = {
-    "rounding of double precision": r"\d\.\d*(?:0{7}|9{7})\d",
+    "rounding of double precision": r"\d\.\d*(?:0{11}|9{11})\d",
     "a thousand of a unit": r"(?<![\d.,])1000 (?:nm|µm|mm|ns|µs|ms)\b",
     "an exponent with a plus sign": r"\de\+\d",
     "a subscript as plain text": r"\b[A-Z]_[a-z]{1,2}\b",
