@@ -100,6 +100,10 @@ def _converter() -> cattrs.Converter:
     # cattrs calls a field's own type: str() and bool() take anything, int() and float() do not.
     for kind in (str, bool):
         made.register_structure_hook(kind, _as_declared)
+    # cattrs does not resolve the types of a named tuple's fields, which hold JSON values.
+    made.register_structure_hook_func(
+        lambda kind: hasattr(kind, "_fields"), lambda values, kind: kind(*values)
+    )
     made.register_unstructure_hook_func(_is_array, _packed)
     made.register_structure_hook_func(_is_array, lambda value, _: _unpacked(value))
     apart: dict[str, Any] = dict.fromkeys(

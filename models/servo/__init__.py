@@ -32,7 +32,11 @@ def facts(servo: Servo) -> Mapping[str, Any]:
         "damping_ratio": servo.started.damping_rate / (2 * natural),
     }
     if servo.loop is not None:
-        limits = {f"largest_{name}": servo.loop.limit(name) for name in LOOP_QUANTITIES}
+        # The eigenvalues, and so the limits, are known to a part of about 1e-13.
+        limits = {
+            f"largest_{name}": float(f"{servo.loop.limit(name):.10g}")
+            for name in LOOP_QUANTITIES
+        }
         return {**ratios, "multiplier": servo.loop.multiplier(), **limits}
     return {
         **ratios,

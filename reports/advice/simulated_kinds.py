@@ -140,6 +140,10 @@ class AdvisedSetting:
     )
 
 
+FurtherRuns = tuple[Sequence[AdvisedSetting], float]
+"""The settings for a further motion, and the largest error of MuJoCo's default settings."""
+
+
 @dataclass(frozen=True)
 class DefaultErrors:
     """The smallest and the largest error of MuJoCo's default settings on the scenes of a kind."""
@@ -159,6 +163,12 @@ class FurtherAdvice:
     name: str
     setting: AdvisedSetting | None
     reached: bool
+    default_error: float  # of MuJoCo's default settings; infinite if no run tells
+
+    @property
+    def helps(self) -> bool:
+        """Whether the setting is at least as accurate as the default settings."""
+        return self.setting is not None and self.setting.error <= self.default_error
 
 
 @dataclass(frozen=True)
@@ -253,9 +263,7 @@ def _advised_kind(
     if defaults is None or not settings:
         return None
     further = {
-        motion.name: kind_settings(
-            [scene.name for scene in _scenes_of(motion, usual, ran)], runs
-        )
+        motion.name: _further_runs([s.name for s in _scenes_of(motion, usual, ran)], runs)
         for motion in kind.further
         if usual_scenes(ran, motion.scenes)
     }
@@ -278,6 +286,13 @@ def _scenes_of(
     """Returns the scenes that count for a further motion."""
     own = usual_scenes(ran, motion.scenes)
     return own if motion.alone else (*usual, *own)
+
+
+def _further_runs(scenes: Sequence[str], runs: RunsOfStudy) -> FurtherRuns:
+    """Returns the settings for the scenes of a further motion, and the largest error of MuJoCo's
+    default settings on them; infinite if no run tells."""
+    defaults = _default_errors(scenes, runs)
+    return kind_settings(scenes, runs), defaults.largest if defaults else math.inf
 
 
 def kind_settings(scenes: Sequence[str], runs: RunsOfStudy) -> tuple[AdvisedSetting, ...]:
@@ -345,7 +360,7 @@ def _default_errors(scenes: Sequence[str], runs: RunsOfStudy) -> DefaultErrors |
 
 def _kind_advice(
     settings: Sequence[AdvisedSetting],
-    further: Mapping[str, Sequence[AdvisedSetting]],
+    further: Mapping[str, FurtherRuns],
     step: float | None,
     error: float,
 ) -> KindAdvice:
@@ -365,22 +380,29 @@ def _kind_advice(
         reached=reached,
         elsewhere=elsewhere,
         further=tuple(
-            _further_advice(name, of, (setting or elsewhere or settings[0]).step, error)
-            for name, of in further.items()
+            _further_advice(
+                name, settings_for, default, (setting or elsewhere or settings[0]).step, error
+            )
+            for name, (settings_for, default) in further.items()
         ),
     )
 
 
 def _further_advice(
-    name: str, settings: Sequence[AdvisedSetting], step: float, error: float
+    name: str,
+    settings: Sequence[AdvisedSetting],
+    default_error: float,
+    step: float,
+    error: float,
 ) -> FurtherAdvice:
     """Returns the advice for a further motion at the step of the kind's own setting, or else at a
-    smaller step; at any step if no smaller one was run."""
+    smaller step; at any step if no smaller one was run. `default_error` is the error of MuJoCo's
+    default settings."""
     setting, reached = _best(settings, step, error)
     if not reached:
         smaller = [one for one in settings if one.step <= step * (1.0 + 1e-9)]
         setting, reached = _best(smaller or settings, None, error)
-    return FurtherAdvice(name, setting, reached)
+    return FurtherAdvice(name, setting, reached, default_error)
 
 
 def _best(

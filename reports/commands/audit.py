@@ -46,7 +46,13 @@ from plumbob.reports.commands.shared.several_audits import (
     refused_row,
 )
 from plumbob.reports.records.plain_data import json_text
-from plumbob.reports.view.audit.page import answer_lines, audit_answer, page, short_lines
+from plumbob.reports.view.audit.html import audit_html
+from plumbob.reports.view.audit.page import (
+    answer_lines,
+    audit_answer,
+    audit_page,
+    short_lines,
+)
 from plumbob.reports.view.audit.records import fixed_record, record
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.own_files import check_replaceable
@@ -397,7 +403,8 @@ def _write_page(
     from plumbob.reports.analyses.replay.audit_motion import audit_replay
 
     replay = audit_replay(result) if isinstance(result, Audit) else None
-    _write_into(chosen.out, page(answer, result, chosen.line, replay), name)
+    content = audit_page(answer, result, chosen.line, replay)
+    _write_into(chosen.out, audit_html(content), name)
     return name
 
 

@@ -16,6 +16,11 @@ Ticks = Sequence[tuple[float, str]]
 """(position [px], text) of each tick."""
 
 
+def power_of_ten(power: int) -> str:
+    """Returns a power of ten as text: 10⁻³."""
+    return f"10{str(power).translate(SUPERSCRIPTS)}"
+
+
 @dataclass(frozen=True)
 class Axis:
     """A linear or logarithmic axis that maps the values from `low` to `high` to the pixels from
@@ -57,7 +62,7 @@ class Axis:
             if last > first:
                 decades_per_tick = -(-(last - first + 1) // most)
                 powers = np.arange(first, last + 1, decades_per_tick)
-                texts = [f"10{str(power).translate(SUPERSCRIPTS)}" for power in powers]
+                texts = [power_of_ten(power) for power in powers.tolist()]
                 return list(zip(self.along(10.0**powers).tolist(), texts, strict=True))
             low = 10.0**low
             high = 10.0**high

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType, SimpleNamespace
 
@@ -12,6 +12,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.reports.view.axis import Axis, Ticks
 from plumbob.reports.view.content import Figure, PlotlyLayout, PlotlyTrace
+from plumbob.reports.view.palette import INK
 from plumbob.reports.view.plotly_figure import FRONT
 from plumbob.reports.view.point_names import placed_names
 
@@ -36,7 +37,9 @@ GLYPHS = MappingProxyType(
         "star": "m0-46l11 35h37l-30 22l11 35l-29-21l-29 21l11-35l-30-22h37z",
     }
 )
-DASH_PATTERNS = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
+DASH_PATTERNS = MappingProxyType({"dash": "6 4", "dot": "2 3"})
+MOST_LABELS = 12  # largest number of curves that are named at their ends
+LABEL_SPACING = 12.0  # [px] between points of a curve that a name does not cover
 
 
 @dataclass(frozen=True)
@@ -52,9 +55,10 @@ class SvgPath:
 
 
 SvgDrawing = SimpleNamespace
-"""The values of the SVG template: size [px], axes and their ticks, paths in tenths of a pixel,
-names of points, the shades of a map with the ticks of its scale, and the legend: name, colour and
-dashes of each curve."""
+"""The values of the SVG template: size [px], the colour that a dark page changes, axes and their
+ticks, paths in tenths of a pixel, names of points and of curves, the shades of a map with the ticks
+of its scale, and the legend: name, colour and dashes of each curve without a name at its end, and
+whether it is a band."""
 
 
 def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None:
@@ -77,19 +81,29 @@ def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None
     if square:
         scale = max(abs(x.scale), abs(y.scale))
         x, y = x.scaled(scale), y.scaled(scale)
+    named = _named_traces(layout, traces)
+    labelled = {} if first or len(named) > MOST_LABELS else _curve_ends(named, x, y)
+    curves = _curve_points(traces, x, y) if labelled else ()
     drawn = SvgDrawing(
         width=width,
         height=height,
         layout=layout,
+        ink=INK,
         x=x,
         y=y,
         across=_ticks(layout["xaxis"], x),
         up=_ticks(layout["yaxis"], y),
         paths=list(_paths(traces, x, y)),
-        point_names=placed_names(_points_with_names(traces, x, y), x, y),
+        point_names=placed_names(
+            [*_points_with_names(traces, x, y), *labelled.values()], x, y, curves
+        ),
         shades=[],
         scale=[],
-        names=_legend(layout, traces),
+        names=[
+            (name, trace["line"]["color"], dashes(trace), "opacity" in trace)
+            for name, trace in named.items()
+            if name not in labelled
+        ],
     )
     if first:
         scale_axis = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
@@ -104,14 +118,52 @@ def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[SvgPath]
         yield from _map(trace, x, y) if "z" in trace else _marks(trace, x, y)
 
 
-def _legend(layout: PlotlyLayout, traces: Sequence[PlotlyTrace]) -> list[tuple[str, str, str]]:
-    """Returns the name, the colour and the dashes of each curve in the legend; none if the layout
-    shows no legend and no curve belongs to a method."""
+def _named_traces(
+    layout: PlotlyLayout, traces: Sequence[PlotlyTrace]
+) -> Mapping[str, PlotlyTrace]:
+    """Returns the last trace of each name that a reader needs to know; none if the layout shows no
+    legend and no curve belongs to a method."""
     if not layout.get("showlegend") and not any("meta" in trace for trace in traces):
-        return []
-    named_traces = [t for t in traces if t["name"] and t.get("showlegend", True)]
-    by_name = {trace["name"]: trace for trace in named_traces}
-    return [(name, t["line"]["color"], dashes(t)) for name, t in by_name.items()]
+        return {}
+    return {
+        trace["name"]: trace
+        for trace in traces
+        if trace["name"] and trace.get("showlegend", True)
+    }
+
+
+def _curve_ends(
+    named: Mapping[str, PlotlyTrace], x: Axis, y: Axis
+) -> dict[str, tuple[float, float, str]]:
+    """Returns, by name, the last point (x [px], y [px], name) of each curve in the drawing. Bands
+    and marks without a line have no end."""
+    ends = {}
+    for name, trace in named.items():
+        if "lines" in trace["mode"] and "opacity" not in trace:
+            places = _places(trace, x, y)
+            if len(places):
+                ends[name] = (*places[-1].tolist(), name)
+    return ends
+
+
+def _curve_points(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Array:
+    """Returns points on the curves of `traces`, LABEL_SPACING apart, shape (n, 2) [px]."""
+    points = [np.empty((0, 2))]
+    for trace in traces:
+        places = _places(trace, x, y)
+        if "lines" in trace["mode"] and "opacity" not in trace and len(places) > 1:
+            steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+            along = np.concatenate([[0.0], np.cumsum(steps)])
+            grid = np.arange(0.0, along[-1], LABEL_SPACING)
+            points.append(np.column_stack([np.interp(grid, along, c) for c in places.T]))
+    return np.concatenate(points)
+
+
+def _places(trace: PlotlyTrace, x: Axis, y: Axis) -> Array:
+    """Returns the points of a trace that have a place on both axes, shape (n, 2) [px]."""
+    places = np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
+    finite: Array = places[np.isfinite(places.sum(axis=1))]
+    return finite
 
 
 def drawn_traces(figure: Figure, chosen: Sequence[str]) -> Sequence[PlotlyTrace]:
@@ -170,11 +222,9 @@ def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[SvgPath]:
     colour = trace["line"]["color"]
     points = places[finite].tolist()
     if "lines" in trace["mode"]:
-        # a line goes on from the point before, unless that point is a gap
-        continues = np.append(False, finite[:-1])[finite]
-        lines = zip(continues, points, strict=True)
+        smooth = trace["line"]["shape"] == "spline" and len(points) > 2
         yield SvgPath(
-            d="".join(f"{' ' if goes_on else 'M'}{a:.0f} {b:.0f}" for goes_on, (a, b) in lines),
+            d=_spline(places[finite]) if smooth else _straight_lines(points, finite),
             stroke=colour,
             width=10.0 * trace["line"]["width"],
             dashes=" ".join(f"{length}0" for length in dashes(trace).split()),
@@ -184,13 +234,32 @@ def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[SvgPath]:
         size = trace["marker"]["size"]
         name = trace["marker"].get("symbol", "circle")
         shape = GLYPHS[name.removesuffix("-open")]
-        marks = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points)
+        most = trace["marker"].get("maxdisplayed") or len(points)
+        every = max(1, -(-len(points) // most))
+        marks = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points[::every])
         if name == "circle":
             yield SvgPath(marks, stroke=colour, width=10.0 * size)
         elif name == "x" or name.endswith("-open"):
             yield SvgPath(marks, stroke=colour, width=13.0)
         else:
             yield SvgPath(marks, fill=colour, stroke=colour, width=5.0 * size - 24.0)
+
+
+def _straight_lines(points: Sequence[Sequence[float]], finite: Array) -> str:
+    """Returns the SVG path through the `points` of a curve. `finite` says which values of the curve
+    have a point: a line ends at a gap."""
+    continues = np.append(False, finite[:-1])[finite]
+    lines = zip(continues, points, strict=True)
+    return "".join(f"{' ' if goes_on else 'M'}{a:.0f} {b:.0f}" for goes_on, (a, b) in lines)
+
+
+def _spline(points: Array) -> str:
+    """Returns the SVG path of the Catmull–Rom spline through the points, shape (n, 2): its tangent
+    at a point is parallel to the line between the point before and the point after."""
+    tangents = np.gradient(points, axis=0) / 3.0
+    controls = np.hstack([(points + tangents)[:-1], (points - tangents)[1:], points[1:]])
+    start = "M{:.0f} {:.0f}C".format(*points[0])
+    return start + " ".join(f"{number:.0f}" for number in controls.ravel())
 
 
 def _points_with_names(

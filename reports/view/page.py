@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -33,6 +34,10 @@ INDEX_PAGE = "index.html"
 SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))")
 INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # indents and comments of a script
 CODE = re.compile("`([^`]+)`")
+# A symbol in the text of HTML, outside of tags: with a subscript, such as I_z, or with dots over it
+SUBSCRIPT = re.compile(r"\b([A-Z])_([a-z]{1,2})\b(?=[^<>]*<)")
+DOTTED = re.compile("(\\w)([\u0307\u0308])(?=[^<>]*<)")
+DOTS = MappingProxyType({"\u0307": "˙", "\u0308": "¨"})
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
 URL_CHARACTERS = " =/:;,.()'-{}!*"  # characters that need no escape in a data URL
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
@@ -57,15 +62,16 @@ class Plots:
         """Returns the address and the drawing of a figure's picture; "" and None if nothing can be
         drawn. The picture shows the `chosen` methods if the figure has any of them.
 
-        A click on the picture lets plotly draw the figure anew. A `still` picture has no such data,
-        and is never wide, because it stands in a column."""
+        A click on the picture lets plotly draw the figure anew. A `still` picture has no such data.
+        It is never wide, because it stands in a column, and the page itself holds it, so that the
+        first screen needs no further file."""
         if not still:
             self.data.append({"data": figure.traces, "layout": figure.layout})
         drawn = svg_drawing(replace(figure, wide=figure.wide and not still), chosen)
         if drawn is None:
             return "", None
         svg = _environment().get_template("figure.svg.jinja").render(of=drawn)
-        if self.folder is None:
+        if self.folder is None or still:
             return f"data:image/svg+xml,{quote(svg, safe=URL_CHARACTERS)}", drawn
         name = f"{hashlib.sha256(svg.encode('utf-8')).hexdigest()[:12]}.svg"
         self.files[name] = svg
@@ -78,7 +84,7 @@ class Plots:
 
     def text(self) -> str:
         """Returns the data of figures and tables as JSON."""
-        return _json({"figures": self.data, "tables": self.tables})
+        return _json({"figures": self.data, "tables": list(map(with_mathml, self.tables))})
 
     def beside(self, name: str, text: str) -> str:
         """Returns the compressed text or, for a page of a site, stores it as the script
@@ -120,7 +126,15 @@ def fill_page(
         "plots": plots or Plots(),
     }
     values = {**defaults, **content, "shared": shared, "inside": inside}
-    return _environment().get_template(template).render(values)
+    return with_mathml(_environment().get_template(template).render(values))
+
+
+def with_mathml(text: str) -> str:
+    """Returns HTML in which symbols with subscripts or dots are MathML, which stays legible where
+    letters are small."""
+    text = SUBSCRIPT.sub(r"<math><msub><mi>\1</mi><mi>\2</mi></msub></math>", text)
+    over = '<math><mover accent="true"><mi>{}</mi><mo>{}</mo></mover></math>'
+    return DOTTED.sub(lambda symbol: over.format(symbol[1], DOTS[symbol[2]]), text)
 
 
 @cache

@@ -1,25 +1,27 @@
 """One colour and one marker for each method, the same in all figures.
 
 The colour stands for the integrator or the contact model, and the marker for the engine, so an
-integrator has the same colour in two engines. Default settings are red and recommended settings
-blue, as in replays. The colours are distinct under every kind of colour vision (after Okabe and
-Ito), on a light and on a dark background.
+integrator has the same colour in two engines; two methods of one colour have two markers. Default
+settings are red and recommended settings blue, as in replays. The colours are distinct for a reader
+who sees no green, on a light and on a dark background (after Okabe and Ito).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from types import MappingProxyType
 
 from plumbob.engines.method import USER_METHOD
 
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
-SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
-PLUM, OLIVE, PERIWINKLE = "#b05a8c", "#6b8e23", "#5a78d2"
+SKY, PINK, BROWN, VIOLET = "#56b4e9", "#cc79a7", "#8a6a3a", "#6f4bd0"
+GREY = "#5f5f5f"  # of no method: bands, and references that are no predictions
+INK = "#1d2329"  # colour of predictions; a dark page has its light ink in its place
 # colours for curves without a fixed colour, in this order
-COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)
+COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, VIOLET, BROWN)
 
 # The colours are fixed so that two pages agree, whatever was measured. An integrator that is not
 # listed takes one of `OTHER_COLOURS`.
@@ -28,16 +30,16 @@ INTEGRATOR_COLOURS = (
     ("rk4", BLUE),
     ("implicit", SKY),
     ("implicitfast", GREEN),
-    ("discrete", "#8a6a3a"),
+    ("discrete", BROWN),
     ("leapfrog", PINK),
     ("dop853", ORANGE),
-    ("radau", "#7e57c2"),
-    ("lsoda", "#8f9a1c"),
-    ("taylor", "#3aa0a0"),
-    (USER_METHOD.partition("/")[2], "#e0304e"),
+    ("radau", VIOLET),
+    ("lsoda", BROWN),
+    ("taylor", GREEN),
+    (USER_METHOD.partition("/")[2], VIOLET),
     ("closed-form", GREY),
 )
-OTHER_COLOURS = (PLUM, PERIWINKLE, "#b8860b", OLIVE, "#708090")
+OTHER_COLOURS = (VIOLET, PINK, BROWN, ORANGE, SKY)
 OF_METHODS = MappingProxyType(
     {
         "mujoco/euler": RED,
@@ -59,8 +61,11 @@ ENGINE_MARKERS = (
     ("exact", "star"),
 )
 SHAPES = ("triangle-down", "pentagon", "hexagon")
+ALL_MARKERS = tuple(
+    shape + ending
+    for ending, shape in product(("", "-open"), (*dict(ENGINE_MARKERS).values(), *SHAPES))
+)
 DECADES = 6  # number of coloured decades below 1: all errors up to 1e-6 have the first colour
-LINE_DASHES = ("solid", "dot", "dash", "dashdot")
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,6 @@ class Style:
     colour: str
     marker: str  # plotly's name of the marker
     size: float  # [px] size of the marker
-    dash: str  # plotly's name of the line's dashes
 
 
 def styles(names: Iterable[str]) -> Mapping[str, Style]:
@@ -79,8 +83,7 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
     colours = dict(INTEGRATOR_COLOURS)
     shapes = dict(ENGINE_MARKERS)
     by_method: dict[str, Style] = {}
-    # methods so far: each has other dashes than the others
-    earlier_by_colour: dict[str, int] = {}
+    markers_by_colour: dict[str, list[str]] = {}
     for rank, name in enumerate(names):
         engine, _, variant = name.partition("/")
         integrator = variant.partition("+")[0]
@@ -91,15 +94,23 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
         if engine not in shapes:
             shapes[engine] = SHAPES[(len(shapes) - len(ENGINE_MARKERS)) % len(SHAPES)]
         colour = OF_METHODS.get(name, colours[integrator])
-        earlier = earlier_by_colour.get(colour, 0)
-        earlier_by_colour[colour] = earlier + 1
+        earlier = markers_by_colour.setdefault(colour, [])
+        marker = _free_marker(shapes[engine], earlier)
         by_method[name] = Style(
             colour=colour,
-            marker=shapes[engine] + ("-open" if earlier % 2 else ""),
+            marker=marker,
             size=max(5.0, 11.0 - 0.5 * rank),
-            dash=LINE_DASHES[earlier % len(LINE_DASHES)],
         )
+        earlier.append(marker)
     return by_method
+
+
+def _free_marker(shape: str, taken: Sequence[str]) -> str:
+    """Returns the marker of a method of an engine with this `shape`: the shape, else the open
+    shape, else the first marker that no earlier method of its colour has; the shape if none is
+    left."""
+    candidates = (shape, f"{shape}-open", *ALL_MARKERS)
+    return next((marker for marker in candidates if marker not in taken), shape)
 
 
 def size_class(error: float) -> str:

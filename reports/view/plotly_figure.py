@@ -10,15 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
+from plumbob.reports.view.axis import power_of_ten
 from plumbob.reports.view.content import Figure, PlotlyLayout, PlotlyTrace
-from plumbob.reports.view.palette import BLUE, GREY, RED, Style
+from plumbob.reports.view.palette import BLUE, GREY, INK, RED, Style
 
 MAX_CURVE_POINTS = 240  # points of a curve: a screen shows no more
 ZERO = 1e-17  # value at which an error of exactly zero is drawn on a logarithmic axis
+MOST_POWERS = 5
 FOUR_DIGITS = "{:.4g}".format  # four significant digits: more cannot be seen in a figure
 FRONT = "front"  # takes the place of a method's name in the trace of the Pareto front
 DIVERGING_COLOURS = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
-PLAIN_STYLE = Style(GREY, "circle", 6.0, "solid")
+PLAIN_STYLE = Style(GREY, "circle", 6.0)
 
 
 def curve(
@@ -29,10 +31,12 @@ def curve(
     name: str = "",
     method: str = "",
     colour: str = "",
-    dash: str = "",
+    dash: str = "solid",
     width: float = 1.6,
     marks: bool = False,
+    most_marks: int = 0,
     lines: bool = True,
+    smooth: bool = False,
     symbol: str = "",
     size: float = 0.0,
     hints: Sequence[str] = (),
@@ -40,10 +44,11 @@ def curve(
     labels: bool = False,
     **more: Any,
 ) -> PlotlyTrace:
-    """Returns a scatter trace in plotly's format: a curve, points, or both, thinned to `MOST`
-    points.
+    """Returns a scatter trace in plotly's format: a curve, points, or both, thinned to
+    MAX_CURVE_POINTS points. Of the `marks`, `most_marks` are drawn; 0: all. A `smooth` curve, such
+    as an orbit, has no corners at its points.
 
-    `colour`, `dash`, `symbol` and `size` replace parts of `style`. If `method` is given, the page's
+    `colour`, `symbol` and `size` replace parts of `style`. If `method` is given, the page's
     legend switches the trace on and off with that method. `hint` is plotly's template of the text
     on hover, with %{x}, %{y} and %{text}, the point's entry of `hints`. With `labels`, the hints
     stand beside the points. `more` are further properties of plotly's trace."""
@@ -58,13 +63,19 @@ def curve(
         "x": rounded(xs[indices]),
         "y": rounded(ys[indices]),
         "name": name or method,
-        "line": {"color": colour, "width": width, "dash": dash or style.dash},
+        "line": {
+            "color": colour,
+            "width": width,
+            "dash": dash,
+            "shape": "spline" if smooth else "linear",
+        },
     }
     if marks:
         trace["marker"] = {
             "color": colour,
             "size": size or style.size,
             "symbol": symbol or style.marker,
+            "maxdisplayed": most_marks,
         }
     if method:
         trace["meta"] = method  # the page's legend finds the traces of a method by this entry
@@ -75,6 +86,13 @@ def curve(
     if hint:
         trace["hovertemplate"] = f"{hint}<extra></extra>"
     return {**trace, **more}
+
+
+def prediction(
+    x: npt.ArrayLike, y: npt.ArrayLike, name: str = "", method: str = ""
+) -> PlotlyTrace:
+    """Returns the curve of a prediction: dotted in the page's ink, as no other curve is."""
+    return curve(x, y, name=name, method=method, colour=INK, dash="dot", width=1.4)
 
 
 def figure(
@@ -88,9 +106,28 @@ def figure(
     height: int = 340,
     wide: bool = False,
 ) -> Figure:
-    """Returns a figure with one pair of axes; with `legend`, the traces are named below it."""
-    layout = {"xaxis": x, "yaxis": y, "showlegend": legend}
+    """Returns a figure with one pair of axes; with `legend`, the traces are named, in it or below
+    it. A logarithmic vertical axis has a tick for values of zero."""
+    layout = {"xaxis": x, "yaxis": _with_zero(y, traces), "showlegend": legend}
     return Figure(title, caption, tuple(traces), layout, height, wide)
+
+
+def _with_zero(axis: PlotlyLayout, traces: Sequence[PlotlyTrace]) -> PlotlyLayout:
+    """Returns a vertical axis, with the tick "0" at `ZERO` if it is logarithmic and a value is
+    zero. Its other ticks are at most MOST_POWERS powers of ten."""
+    values = [v for trace in traces if "z" not in trace for v in trace["y"] if v is not None]
+    if axis.get("type") != "log" or ZERO not in values:
+        return axis
+    others = [value for value in values if value > ZERO] or [1.0]
+    first = math.floor(math.log10(min(others)))
+    last = math.ceil(math.log10(max(others)))
+    powers = range(first, last + 1, 1 + (last - first) // MOST_POWERS)
+    return {
+        **axis,
+        "range": (math.log10(ZERO) - 0.5, last + 0.2),
+        "tickvals": (ZERO, *(10.0**power for power in powers)),
+        "ticktext": ("0", *map(power_of_ten, powers)),
+    }
 
 
 def over_time(

@@ -16,6 +16,7 @@ from plumbob.reports.records.page_records import MotionSamples
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.method_results import MethodResult, finite_limits
 from plumbob.reports.view.palette import Style
+from plumbob.reports.view.plotly_figure import ZERO
 from plumbob.reports.view.tables import figures
 
 # names of observables with their symbols in formulas
@@ -74,12 +75,16 @@ def _errors_over_time(
     results: Sequence[MethodResult],
 ) -> Iterator[tuple[MethodResult, ErrorTrace, Array]]:
     """Yields each result that has a trace of errors over time, that trace, and the magnitudes of
-    its errors; NaN for an error of zero, which a logarithmic axis cannot show."""
+    its errors, at least `ZERO`; NaN for an error of zero, such as the error at the start."""
     for result in results:
         trace = result.series.trace
         if trace and any(trace.errors):
             magnitudes = np.abs(trace.errors)
-            yield result, trace, np.where(magnitudes > 0.0, magnitudes, np.nan)
+            yield (
+                result,
+                trace,
+                np.where(magnitudes > 0.0, np.maximum(magnitudes, ZERO), np.nan),
+            )
 
 
 def _errors_by_step(

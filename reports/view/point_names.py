@@ -6,6 +6,10 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from plumbob.analytic.reference import Array
 from plumbob.reports.view.axis import Axis
 
 # [px] largest width and height of a letter: a picture that is shown smaller has larger letters
@@ -33,12 +37,17 @@ NameBox = tuple[float, float, float, float]  # left, top, right, bottom [px]
 
 
 def placed_names(
-    points: Sequence[tuple[float, float, str]], x: Axis, y: Axis
+    points: Sequence[tuple[float, float, str]],
+    x: Axis,
+    y: Axis,
+    curves: npt.ArrayLike = (),
 ) -> Sequence[PointName]:
     """Returns the placed names of points (x [px], y [px], name) within two axes.
 
     If the place beside the point is free, the name stands there, else in the nearest free row above
-    or below the point. If no place is free, the name stands beside the point."""
+    or below the point. If no place is free of the points of `curves`, shape (n, 2) [px], the name
+    may cover curves; if no place is free even so, the name stands beside the point."""
+    on_curves = np.reshape(np.asarray(curves, dtype=float), (-1, 2))
     around = (x.start, y.end, x.end, y.start)
     taken = [
         (a - MARK_RADIUS, b - MARK_RADIUS, a + MARK_RADIUS, b + MARK_RADIUS)
@@ -48,11 +57,12 @@ def placed_names(
     for point in sorted(points):
         candidates = list(_candidates(*point))
         free = [
-            (name, box)
-            for name, box in candidates
-            if _inside(box, around) and _free(box, taken)
+            candidate
+            for candidate in candidates
+            if _inside(candidate[1], around) and _free(candidate[1], taken)
         ]
-        name, box = (free or candidates)[0]
+        open_places = (c for c in free if not _covers(c[1], on_curves))
+        name, box = next(open_places, (free or candidates)[0])
         names.append(name)
         taken.append(box)
     return names
@@ -92,6 +102,12 @@ def _inside(box: NameBox, around: NameBox) -> bool:
         and box[2] <= around[2]
         and box[3] <= around[3]
     )
+
+
+def _covers(box: NameBox, points: Array) -> bool:
+    """Returns whether a box covers one of the points, shape (n, 2) [px]."""
+    inside = (points > box[:2]) & (points < box[2:])
+    return bool(inside.all(axis=1).any())
 
 
 def _free(box: NameBox, taken: Sequence[NameBox]) -> bool:

@@ -213,6 +213,7 @@ def _functions(parts: TemplateParts) -> dict[str, Any]:
         "over_time": stored(plotly_figure.over_time),
         "as_printed": stored(as_printed),
         "curve": plotly_figure.curve,
+        "prediction": plotly_figure.prediction,
         "marks": plotly_figure.marks,
         "heat": plotly_figure.heat,
         "linear": plotly_figure.linear,

@@ -15,12 +15,13 @@ from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halvi
 from plumbob.reports.advice.audit_summary import audit_summary
 from plumbob.reports.cli import main
 from plumbob.reports.records.notation import metres
+from plumbob.reports.view.audit.html import audit_html
 from plumbob.reports.view.audit.page import (
     answer_rows,
     audit_answer,
+    audit_page,
     audit_report,
     card_lines,
-    page,
     short_lines,
 )
 from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball
@@ -30,6 +31,11 @@ from plumbob.tests.support.browser import visited
 @pytest.fixture(name="found", scope="module")
 def _found():
     return audit_of(ball(0.12), duration=0.2)
+
+
+def _html(audit):
+    """The page of an audit as HTML."""
+    return audit_html(audit_page(audit_answer(audit), audit, ""))
 
 
 @pytest.mark.long
@@ -45,14 +51,14 @@ def test_the_card_says_the_error_the_choice_and_the_certificate(found):
     for name, value in options.items():
         assert f'{name}="{value}"' in choice
         assert f'{name}="{value}" in place of ' in lines["to do"]
-    shown = unescape(re.sub("<[^>]+>", "", page(audit_answer(found), found, "")))
+    shown = unescape(re.sub("<[^>]+>", "", _html(found)))
     assert f"U{wrong[1:]}." in shown.replace("\u00a0", " ")
 
 
 @pytest.mark.long
 def test_the_page_begins_with_what_is_wrong_and_what_to_do(found):
     """Then the error over time, with what the reference leaves open, and all lines."""
-    text = page(audit_answer(found), found, "")
+    text = _html(found)
     places = ['class="headline', 'class="tiles"', "What makes it better", "Error over time"]
     places += ["uncertainty of the reference", "The answer", "Every run"]
     assert [text.index(place) for place in places] == sorted(text.index(p) for p in places)

@@ -11,6 +11,7 @@ from plumbob.engines.study.stability import StabilitySearch
 from plumbob.models.registry import matching_scenes
 from plumbob.reports.advice.simulated_kinds import ADVISED_METHODS, step_requests
 from plumbob.tests.sharing.shared import shared
+from plumbob.tests.site.stored_runs import relative_error
 from plumbob.tests.support.studies import recorded
 
 LIMITED = "linear-pendulum/overdamped"  # its largest stable steps are predicted
@@ -27,6 +28,16 @@ COSTS = (1000.0, 1100.0, 4000.0, 4200.0, 1500.0, 5600.0, 1050.0, 900.0, 1300.0)
 def study():
     """The study with the records of its pages, measured once a run; its costs are invented."""
     return shared("chosen-study", _measured)
+
+
+def error_of(run):
+    """The relative error of a run of the study."""
+    quantities = study().quantities(run.scene)
+    errors = [run.errors[quantity.observable] for quantity in quantities]
+    return relative_error(
+        (error.end, error.largest, quantity.when, quantity.scale)
+        for quantity, error in zip(quantities, errors, strict=True)
+    )
 
 
 def _requests(plan):

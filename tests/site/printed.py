@@ -84,6 +84,7 @@ class Site:
             yield from self._recommended(page, scene)
         yield from self._matrix()
         yield from self._counts()
+        yield from self._settings()
         yield from self._displacement()
         yield from self._derivative()
 
@@ -107,6 +108,18 @@ class Site:
                 coarse, fine = (self._error(scene, method, h) for h in (step, float(tenth[1])))
                 yield Compared("tenth", f"{page}: {method}", tenth[2], coarse / fine)
             yield from self._costs_said(page, scene, sentence)
+            if sentence.startswith("Recommended for"):
+                yield from self._of_runs(page, scene, sentence)
+
+    def _of_runs(self, page, scene, sentence):
+        """Whether a recommendation says that it is of the steps that were run: the command
+        `recommend`, which stands on the page too, tries further steps and so finds cheaper ones."""
+        said = "of the steps that were run" in sentence
+        method, step = re.search(rf"({METHOD}) at {STEP}", sentence).groups()
+        was_run = any(
+            abs(float(step) / run - 1.0) < 1e-3 for run in self.stored.runs(scene, method)
+        )
+        yield Compared("of runs", f"{page}: {method}", str(int(said)), float(was_run))
 
     def _costs_said(self, page, scene, sentence):
         """The costs in a sentence, each behind its method and step."""
@@ -244,6 +257,15 @@ class Site:
         yield Compared("count", "index: ?", said[1] if said else "0", marked)
         runs = sum(len(self.stored.runs(*pair)) for pair in self.stored.series)
         yield Compared("count", "index: runs", re.search(rf"({NUMBER}) runs", text)[1], runs)
+
+    def _settings(self):
+        """The number of titles of blocks to copy, for each method: as many as there are blocks."""
+        for article in re.findall(
+            r'<article class="settings">.*?</article>', self.pages["cheapest"], re.S
+        ):
+            titles = re.findall(r"<summary>(.*?)</summary>", article)
+            title = plain(article.partition("</h3>")[0]).strip()
+            yield Compared("blocks", title, str(len(set(titles))), len(titles))
 
     def _displacement(self):
         """The range of errors of contacts that do not converge, over all steps."""

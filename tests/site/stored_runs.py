@@ -70,12 +70,12 @@ class StoredRuns:
         infinite if it diverged. `when` is "end" or "run" in place of each quantity's own."""
         if run["status"] == "diverged":
             return math.inf
-        sizes = []
-        for quantity in self.study["interest"][scene]:
-            error = run["errors"][quantity["observable"]]
-            at_end = (when or quantity["when"]) == "end"
-            sizes.append(abs(error["end" if at_end else "largest"]) / quantity["scale"])
-        return max(sizes)
+        quantities = self.study["interest"][scene]
+        errors = [run["errors"][quantity["observable"]] for quantity in quantities]
+        return relative_error(
+            (error["end"], error["largest"], when or quantity["when"], quantity["scale"])
+            for quantity, error in zip(quantities, errors, strict=True)
+        )
 
     def runs(self, scene, method):
         """The runs of a pair that ended or diverged, by step, coarse to fine."""
@@ -138,6 +138,15 @@ class StoredRuns:
         timed = [s for s in scenes if all((s, name) in self.costs for name in methods)]
         first, other = ([self.costs[s, name] for s in timed] for name in methods[:2])
         return median_high(other) / median_high(first)
+
+
+def relative_error(quantities):
+    """The largest relative error of a run's quantities, each given by its error at the end, its
+    largest error, which of them counts ("end" or "run"), and its scale."""
+    return max(
+        abs(end if when == "end" else largest) / scale
+        for end, largest, when, scale in quantities
+    )
 
 
 def _last(stored):

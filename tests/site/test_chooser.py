@@ -67,13 +67,7 @@ def _error(scene, method, step):
     largest = min((h for h in runs if h > 0.999999 * step), default=None)
     if largest is None:
         return None
-    errors = []
-    for h, run in runs.items():
-        for quantity in study.interest.get(scene) or study.quantities(scene):
-            error = run.errors[quantity.observable]
-            size = abs(error.end) if quantity.when == "end" else error.largest
-            errors.append(size / quantity.scale if h <= largest else 0.0)
-    return max(errors)
+    return max(chosen.error_of(run) for h, run in runs.items() if h <= largest)
 
 
 def _cost(kind, method, step):
@@ -119,17 +113,7 @@ def test_the_default_errors_are_those_of_the_stored_runs(kind, text):
             for m in c.measurements
             if (m.scene, m.method, m.step) == (scene, "mujoco/euler", 0.002)
         )
-        (quantity, *rest) = chosen.study().quantities(scene)
-        sizes = [
-            (
-                abs(run.errors[q.observable].end)
-                if q.when == "end"
-                else run.errors[q.observable].largest
-            )
-            / q.scale
-            for q in (quantity, *rest)
-        ]
-        errors.append(max(sizes))
+        errors.append(chosen.error_of(run))
     said = _plain(_articles(text)[kind].partition('class="default">')[2].partition("</p>")[0])
     assert f"{notation.relative(max(errors))} wrong" in said
     assert notation.relative(min(errors)) in said

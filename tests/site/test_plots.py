@@ -1,12 +1,18 @@
 """Every plot is a picture with its labels inside it and apart, and plotly's where pressed."""
 
 import re
+from itertools import combinations
 
+import numpy as np
 import pytest
 
-from plumbob.reports.view.drawing import separated_ticks
+from plumbob.engines.registry import methods as find_methods
+from plumbob.reports.advice.work_precision import RunPoint
+from plumbob.reports.view import palette, plotly_figure
+from plumbob.reports.view.drawing import separated_ticks, svg_drawing
+from plumbob.reports.view.plots import error_against_cost
 from plumbob.tests.support.browser import visited
-from plumbob.tests.support.page_document import site_files
+from plumbob.tests.support.page_document import plotted, site_files
 
 SCENE = "capsule-line-ca1.html"
 # Of pictures, those of whose labels one is not inside, and those with two that overlap by more
@@ -65,6 +71,129 @@ def test_every_label_is_inside_its_picture_and_apart(index, browser, pytestconfi
         assert len(visit.ask(MISPLACED, {name: moved})) > 2
 
 
+# Machado, Oliveira, Fernandes 2009: what a reader without green cones sees of linear sRGB
+DEUTERANOPE = np.array(
+    [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ]
+)
+TO_XYZ = np.array(
+    [
+        [0.4124564, 0.3575761, 0.1804375],
+        [0.2126729, 0.7151522, 0.0721750],
+        [0.0193339, 0.1191920, 0.9503041],
+    ]
+)
+# Two colours side by side are just told apart at 2 units of CIELAB; thin lines that are not side by
+# side need several times as much.
+APART = 15.0
+
+
+def _lab(colour, seen):
+    """A colour "#rrggbb" in CIELAB, as `seen` through a matrix of linear sRGB."""
+    given = np.array(list(bytes.fromhex(colour[1:]))) / 255.0
+    linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
+    x, y, z = TO_XYZ @ np.clip(seen @ linear, 0.0, 1.0) / (0.95047, 1.0, 1.08883)
+    fx, fy, fz = (np.cbrt(v) if v > 0.008856 else 7.787 * v + 16.0 / 116.0 for v in (x, y, z))
+    return np.array([116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)])
+
+
+def _apart(one, other, seen=DEUTERANOPE):
+    return np.linalg.norm(_lab(one, seen) - _lab(other, seen))
+
+
+def test_colours_are_apart_for_a_deuteranope():
+    colours = {*palette.COLOURS, palette.GREY, palette.INK}
+    assert len(colours) == len(palette.COLOURS) + 2
+    assert [pair for pair in combinations(colours, 2) if _apart(*pair) < APART] == []
+    # The olive and the orange-red of an earlier palette are far apart for others.
+    assert _apart("#8f9a1c", "#d55e00") < APART
+    assert _apart("#8f9a1c", "#d55e00", np.eye(3)) > 4.0 * APART
+    used = {style.colour for style in palette.styles(_names()).values()}
+    assert used <= colours
+
+
+def _names():
+    return [method.name for method in find_methods("*")]
+
+
+def test_methods_of_one_colour_have_markers_of_their_own():
+    looks = [(style.colour, style.marker) for style in palette.styles(_names()).values()]
+    assert len(looks) > 50
+    assert len(set(looks)) == len(looks)
+
+
+def _alike(figure):
+    """Pairs of curves of a figure that colour, markers, dashes and width do not tell apart.
+    Predictions are left out: each lies on the marks of its own curve."""
+    named = {}
+    for trace in figure["data"]:
+        shown = trace.get("name") and trace.get("showlegend", True) and "opacity" not in trace
+        if shown and "line" in trace and trace["line"]["color"] != palette.INK:
+            line, marker = trace["line"], trace.get("marker", {}).get("symbol")
+            named[trace["name"]] = (line["color"], marker, line["dash"], line["width"])
+    return [
+        (figure["layout"]["yaxis"]["title"]["text"], one, other)
+        for (one, a), (other, b) in combinations(named.items(), 2)
+        if _apart(a[0], b[0]) < APART and a[1:] == b[1:]
+    ]
+
+
+@pytest.mark.long
+def test_curves_are_told_apart_and_dots_are_predictions(index):
+    figures = [figure for file in site_files(index) for figure in plotted(file)]
+    assert len(figures) > 100
+    assert [pair for figure in figures for pair in _alike(figure)] == []
+    traces = [trace for figure in figures for trace in figure["data"] if "line" in trace]
+    dotted = [trace for trace in traces if trace["line"]["dash"] == "dot"]
+    inked = [trace for trace in traces if trace["line"]["color"] == palette.INK]
+    assert dotted == inked != []
+
+
+def test_the_band_is_the_front_of_the_methods_that_are_shown():
+    """A method that is hidden at first beats them, and is not counted."""
+    methods = find_methods("mujoco/euler,mujoco/rk4")
+    points = [
+        RunPoint("mujoco/euler", 1e-3, 1e-2, 1e6),
+        RunPoint("mujoco/rk4", 1e-3, 1e-6, 1e5),
+    ]
+    figure = error_against_cost(
+        points, {m.name: m for m in methods}, palette.styles(_names()), {}, ["mujoco/euler"]
+    )
+    (band,) = (trace for trace in figure.traces if trace.get("meta") == "front")
+    assert (band["x"], band["y"]) == ([1e3], [1e-2])
+    drawn = svg_drawing(figure, ["mujoco/euler"])
+    assert [name[0] for name in drawn.names] == ["Pareto front among the methods shown"]
+    assert [name.text for name in drawn.point_names] == ["mujoco/euler"]
+
+
+def test_a_zero_has_a_tick_that_says_so():
+    runs = plotly_figure.curve([1, 2], plotly_figure.positive_magnitudes([0.0, 1e-3]))
+    axes = plotly_figure.linear("step"), plotly_figure.logarithmic("error")
+    up = svg_drawing(plotly_figure.figure("", "", [runs], *axes)).up
+    assert [text for _, text in up] == ["0", "10⁻³"]
+    none = plotly_figure.curve([1, 2], [1e-4, 1e-3])
+    shown = svg_drawing(plotly_figure.figure("", "", [none], *axes))
+    assert "0" not in [text for _, text in shown.up]
+
+
+def test_an_orbit_has_no_corners():
+    """Between points a smooth curve is within a hundredth of the chord's distance."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 13)
+    circle = plotly_figure.curve(np.cos(angles), np.sin(angles), smooth=True)
+    axes = plotly_figure.linear("x"), plotly_figure.linear("y", scaleanchor="x")
+    drawn = svg_drawing(plotly_figure.figure("", "", [circle], *axes))
+    numbers = np.array(re.findall(r"-?\d+", drawn.paths[0].d), dtype=float).reshape(-1, 2) / 10
+    middle = (drawn.x.along(0.0), drawn.y.along(0.0))
+    radius = abs(1.0 / drawn.x.scale)
+    start, one, two, end = numbers[3:7]  # of the second of twelve pieces
+    halfway = (start + 3 * one + 3 * two + end) / 8
+    chord = radius * (1.0 - np.cos(np.pi / 12))
+    assert abs(np.hypot(*(halfway - middle)) - radius) < 0.1 * chord
+
+
 @pytest.mark.long
 def test_a_plot_is_a_picture_until_it_is_pressed(index, browser):
     page = site_files(index)[1].parent / SCENE
@@ -81,6 +210,15 @@ def test_a_plot_is_a_picture_until_it_is_pressed(index, browser):
         visit.ask("dispatchEvent(new Event('beforeprint'))")
         assert visit.page.locator(".main-svg").count() == 0
         assert visit.page.locator(".area img:visible").count() == plots.count()
+        assert visit.console == []
+
+
+@pytest.mark.long
+def test_a_plot_under_a_mouse_shows_values(index, browser):
+    with visited(browser, site_files(index)[1].parent / SCENE) as visit:
+        plot = visit.page.locator(".area").first
+        plot.hover()
+        plot.locator(".main-svg").first.wait_for()
         assert visit.console == []
 
 

@@ -63,6 +63,8 @@ def _site(tmp_path_factory):
 
 
 KINDS = {
+    "blocks",
+    "of runs",
     "derivative",
     "error",
     "tenth",
@@ -147,6 +149,13 @@ PLANTED = {
         r"error is -?\d+ % on",
         "error is -56 % on",
     ),
+    "two blocks of one name": (
+        "blocks",
+        "cheapest",
+        "MJCF and a line of Python after compiling, for bodies that also turn",
+        "MJCF alone, for bodies that slide without turning",
+    ),
+    "another step than recommend": ("of runs", LINE, r", of the steps that were run", ""),
     "error of a run": ("run", "linear-pendulum-overdamped", r">0.00188<", ">0.00187<"),
 }
 UNSUPPORTED = ("nothing else running", "Bold: the smallest", "bold: the cheapest")

@@ -28,16 +28,7 @@ def _errors(method):
     for series in study.convergence:
         for run in series.measurements:
             if (run.method, run.step, run.status) == (method, 1e-3, "done"):
-                quantities = study.quantities(run.scene)
-                errors[run.scene] = max(
-                    (
-                        abs(run.errors[q.observable].end)
-                        if q.when == "end"
-                        else run.errors[q.observable].largest
-                    )
-                    / q.scale
-                    for q in quantities
-                )
+                errors[run.scene] = chosen.error_of(run)
     return errors
 
 

@@ -19,7 +19,7 @@ from xml.etree import ElementTree
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.border import must_be, regular_file
-from plumbob.reports.view.audit.page import page_of_finding
+from plumbob.reports.view.audit.html import AuditPage, audit_html
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import read_findings as worded
 from plumbob.reports.view.page import write_file
@@ -237,7 +237,7 @@ def workflow_commands(row: Row) -> Iterator[str]:
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Writes the page with the table of all audits into `folder`, whole or not at all, and returns
     its path. The audits took `seconds` [s]. Raises OSError."""
-    text = page_of_finding(audit_table(rows), command, seconds)
+    text = audit_html(AuditPage(audit_table(rows), command, seconds))
 
     def quoted_link(link: re.Match[str]) -> str:
         file_name = unescape(link[1])

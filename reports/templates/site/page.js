@@ -4,7 +4,7 @@
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-  // ---- plots: pictures that plotly draws anew after a click or a choice of methods ----
+  // ---- plots: pictures that plotly draws anew under a mouse, after a press or a choice of methods ----
   const NEAR = "400px", FAR = "1200px", MOST = 8, ROWS = 12;
   let hidden = new Set(), drawn = new Set(), areas = [], chosen = false;
 
@@ -55,6 +55,9 @@
     return full;
   };
 
+  // Predictions are drawn in the ink of a light page; a dark page has its own.
+  const INK = "#1d2329";
+  const inked = (trace) => (trace.line?.color === INK ? {...trace, line: {...trace.line, color: colour("--ink")}} : trace);
   const shown = (trace) => !hidden.has(trace.meta);
 
   // Returns the Pareto front: the visible runs with a text that no other run beats in both speed and error.
@@ -74,7 +77,7 @@
 
   const read = async (area) => {
     const figure = (await held()).figures[area.dataset.figure];
-    return {...figure, data: fronted(figure.data.map((trace) => ({...trace, visible: shown(trace)})))};
+    return {...figure, data: fronted(figure.data.map((trace) => ({...inked(trace), visible: shown(trace)})))};
   };
 
   // Returns the distance [px] from the middle of the window to the nearest part of a plot.
@@ -138,6 +141,7 @@
       near.observe(area);
       far.observe(area);
       area.querySelector("button").addEventListener("click", () => draw(area));
+      area.addEventListener("pointerenter", (event) => { if (event.pointerType === "mouse") draw(area); });
     }
   };
 
@@ -260,6 +264,8 @@
   };
 
   const legends = (root) => {
+    const narrow = matchMedia("(max-width: 620px)").matches;
+    for (const methods of root.querySelectorAll(".methods")) methods.open = !narrow;
     const buttons = [...root.querySelectorAll("[data-method]")];
     const pressed = (button) => button.getAttribute("aria-pressed") === "true";
     const follow = () => {

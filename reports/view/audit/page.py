@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -13,38 +13,17 @@ from typing import Any
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
-from plumbob.reports.advice.audit_summary import AuditQuestion, Grade, audit_summary
-from plumbob.reports.records import notation
+from plumbob.reports.advice.audit_summary import audit_summary
 from plumbob.reports.records.page_records import Replay
 from plumbob.reports.view.audit.contacts import contact_numbers
+from plumbob.reports.view.audit.html import AuditPage, AuditReport, Tile
 from plumbob.reports.view.audit.motion import motion_numbers
-from plumbob.reports.view.content import Cell, Finding, Table
+from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import read_findings as worded
-from plumbob.reports.view.page import fill_page
 from plumbob.reports.view.tables import table_or_none
 from plumbob.reports.view.tables import terminal_lines as text_lines
 
 MOST_LINES = 8  # largest number of lines of an audit on the terminal, unless all are asked for
-
-
-@dataclass(frozen=True)
-class Tile:
-    """The answer to one question about a model, with its grade."""
-
-    question: AuditQuestion
-    grade: Grade
-    text: str
-
-
-@dataclass(frozen=True)
-class AuditReport:
-    """The first part of an audit's page: what is wrong, and what to do."""
-
-    headline: str
-    tiles: tuple[Tile, ...]
-    warnings: tuple[str, ...]
-    advised: tuple[str, ...]  # the changes that the audit advises, a line each
-    fixes: Table | None  # None if no change makes the model better
 
 
 def audit_report(audit: Audit) -> AuditReport:
@@ -149,35 +128,26 @@ def _short_rows(audit: Audit) -> list[tuple[str, str]]:
     ]
 
 
-def page(
+def audit_page(
     answer: Finding,
     audit: Audit | ContactAudit,
     command: str,
     replay: Replay | None = None,
-) -> str:
-    """Returns the page of an audit as HTML. `command` repeats the audit; `replay` shows its
-    motion."""
+) -> AuditPage:
+    """Returns the content of the page of an audit, whose first table has lines that wrap. `command`
+    repeats the audit; `replay` shows its motion."""
     table = answer.tables[0]
     text_rows = tuple((name, Cell(text.text, "text")) for name, text in table.rows)
-    return page_of_finding(
-        replace(answer, tables=(replace(table, rows=text_rows), *answer.tables[1:])),
-        command,
-        audit.seconds,
-        versions=", ".join(f"{name} {version}" for name, version in package_versions().items()),
-        seconds=notation.seconds,
+    return AuditPage(
+        finding=replace(answer, tables=(replace(table, rows=text_rows), *answer.tables[1:])),
+        command=command,
+        lasted=audit.seconds,
+        versions=package_versions(),
         replay=replay,
         code=audit.snippet if isinstance(audit, ContactAudit) else "",
         report=None if isinstance(audit, ContactAudit) else audit_report(audit),
-        card=() if isinstance(audit, ContactAudit) else card_lines(audit),
+        card=() if isinstance(audit, ContactAudit) else tuple(card_lines(audit)),
     )
-
-
-def page_of_finding(finding: Finding, command: str, lasted: float, **about: Any) -> str:
-    """Returns the page of a finding on one or more audits as HTML. `command` repeats them, `lasted`
-    is their duration [s], and `about` holds further values of the template, all optional."""
-    nothing = {"versions": "", "replay": None, "code": "", "card": (), "report": None}
-    values = {"finding": finding, "command": command, "lasted": f"{lasted:.3g}", **nothing}
-    return fill_page("audit.html.jinja", **{**values, **about})
 
 
 def card_lines(audit: Audit) -> list[str]:

@@ -15,7 +15,7 @@ from typing import Any
 from plumbob.engines.study.results import Study
 from plumbob.reports.records.page_records import ENGINES_SECTION, Records, records_of
 from plumbob.reports.view import top_tables
-from plumbob.reports.view.drawing import DASH_PATTERNS
+from plumbob.reports.view.audit.html import sample_audit
 from plumbob.reports.view.method_results import SIGNS, Results, results_of
 from plumbob.reports.view.own_files import (
     FILE_LIST,
@@ -62,6 +62,7 @@ SHARED_PAGES = MappingProxyType(
 )
 """{page that belongs to no system: name of the common value that it needs}. A page whose value is
 missing is left out."""
+SAMPLE_PAGE = "audit"  # page of the sample audit, to which the choice on the index leads
 SEARCH = "search.js"
 BARE_TEMPLATE = "bare.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # name of the page, its template, values of the template
@@ -234,7 +235,6 @@ def _common(
         "sources": top_tables.sources(findings),
         "every_statement": top_tables.every_statement(findings),
         "styles": styles(m.name for m in study.methods),
-        "dashes": dict(DASH_PATTERNS),
         "provenance": study.provenance,
         "pictures": records.study.pictures,
         "terms": search.defined_terms("glossary"),
@@ -259,4 +259,6 @@ def _pages(views: Sequence[PageView], common: Mapping[str, Any]) -> list[Page]:
         for name, value in SHARED_PAGES.items()
         if common[value]
     ]
+    if common["kinds"]:
+        pages.append((SAMPLE_PAGE, "audit.html.jinja", vars(sample_audit())))
     return pages
