@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any, cast
@@ -24,6 +24,8 @@ from plumbob.models.entry_points import on_stderr
 
 # [s] longest time that the answers to one run may take: some thousand answers of a neural network
 LONGEST_ANSWERS = 10.0
+# A policy that an environment asks, in messages
+OF_OBSERVATION = "a function of an observation that returns an action of finite numbers"
 
 
 class _TooSlow(Exception):
@@ -88,58 +90,120 @@ def new_policy(policy: Policy | NamedPolicy) -> Policy:
     return cast(Policy, loaded)
 
 
+class PolicyAnswers:
+    """The answers of a policy, made anew, to one run. They may take LONGEST_ANSWERS together."""
+
+    def __init__(self, policy: Policy | NamedPolicy, wanted: str) -> None:
+        """Raises ParameterError. `wanted` says in messages what the policy must be."""
+        self.name, self.wanted = name_of_policy(policy), wanted
+        self._policy = new_policy(policy)
+        self._left = LONGEST_ANSWERS
+        self._asked_at: float | None = None  # [s] when the present answer was asked for
+        self._watched = False
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Returns the answer to arguments. Raises ParameterError if the policy fails or takes too
+        long."""
+        watch = nullcontext() if self._watched else self.watched()
+        begin = time.perf_counter()
+        try:
+            with watch, must_be(self.wanted, "policy", self.name):
+                self._asked_at = begin
+                answer = self._policy(*arguments)
+            self._left -= time.perf_counter() - begin
+            if self._left <= 0.0:
+                raise _TooSlow
+        except _TooSlow:
+            wanted = f"one whose answers to a run take at most {LONGEST_ANSWERS:g} s"
+            raise ParameterError("policy", self.name, wanted) from None
+        finally:
+            self._asked_at = None
+        return answer
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Interrupts an answer within the block that takes too long. Where no timer can interrupt
+        it, as on Windows and outside the main thread, an answer goes on to its end. A block around
+        many answers saves most of the time that a block around each takes."""
+        main = threading.current_thread() is threading.main_thread()
+        if not (main and hasattr(signal, "setitimer")):
+            yield
+            return
+        handler = signal.signal(signal.SIGALRM, self._time_is_over)
+        before = signal.setitimer(signal.ITIMER_REAL, self._left)
+        self._watched = True
+        try:
+            yield
+        finally:
+            self._watched = False
+            signal.setitimer(signal.ITIMER_REAL, *before)
+            signal.signal(signal.SIGALRM, handler)
+
+    def _time_is_over(self, number: int, frame: FrameType | None) -> None:
+        """Raises _TooSlow if the present answer takes too long; else sets the timer anew, since
+        time between answers does not count."""
+        left = self._left
+        if self._asked_at is not None:
+            left -= time.perf_counter() - self._asked_at
+            if left <= 0.0:
+                raise _TooSlow
+        signal.setitimer(signal.ITIMER_REAL, left)
+
+
+AsksPolicy = Callable[[PolicyAnswers, float, Array], Any]
+"""PolicyAnswers of a policy, a time [s] and a state, shape (n,) -> the controls at that time."""
+
+
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A policy that returns `count` controls for a time [s], positions and velocities, the last at
-    the place `velocities` in a state."""
+    """A policy that is asked for `count` controls in the states of a run, whose velocities have the
+    place `velocities`. An environment has its own way to ask (`ask`) for an action; else the policy
+    is a function of time [s], positions and velocities."""
 
     policy: Policy | NamedPolicy
     count: int
     velocities: slice
+    ask: AsksPolicy | None = None
 
     @property
     def name(self) -> str:
         """The name of the policy in messages."""
         return name_of_policy(self.policy)
 
+    @property
+    def wanted(self) -> str:
+        """A description of the policy that is expected, for messages."""
+        if self.ask is not None:
+            return OF_OBSERVATION
+        return f"a function of time, qpos and qvel that returns {self.count} finite numbers"
+
     def new_run(self) -> RunControls:
         """Returns the controls of a new run, as a function of the time [s] and the state, shape
         (n,). A class is made anew, and an object's `reset()` is called first. The function raises
         ParameterError if the policy fails or takes too long, and NotControlled if it returns a
         number that is not finite."""
-        policy = new_policy(self.policy)
-        left = LONGEST_ANSWERS
+        answers = PolicyAnswers(self.policy, self.wanted)
+        ask = self.ask or self._asked_with_state
 
         def control(at: float, state: Array) -> Array:
             """Returns the controls at a time [s] in a state, shape (count,)."""
-            nonlocal left
-            qpos, qvel = state[: self.velocities.start].copy(), state[self.velocities].copy()
-            begin = time.perf_counter()
-            try:
-                with on_stderr(), _at_most(left):
-                    answer = self._checked(policy, (at, qpos, qvel))
-                left -= time.perf_counter() - begin
-                if left <= 0.0:
-                    raise _TooSlow
-            except _TooSlow:
-                wanted = f"one whose answers to a run take at most {LONGEST_ANSWERS:g} s"
-                raise ParameterError("policy", self.name, wanted) from None
-            if not np.isfinite(answer).all():
-                raise NotControlled(
-                    f"the policy returns {shortened(str(answer.tolist()), 40)} at {at:.4g} s"
-                )
-            return answer
+            with on_stderr():
+                answer = ask(answers, at, state)
+            return finite_controls(self._checked(answer), at)
 
         return control
 
-    def _checked(self, policy: Policy, arguments: tuple[float, Array, Array]) -> Array:
-        """Returns what a policy answers, shape (count,), finite or not. Raises ParameterError."""
-        wanted = f"a function of time, qpos and qvel that returns {self.count} finite numbers"
-        with must_be(wanted, "policy", self.name):
-            control = np.asarray(policy(*arguments), dtype=float).reshape(-1)
+    def _asked_with_state(self, answers: PolicyAnswers, at: float, state: Array) -> Any:
+        """Returns the answer to a time [s] and the positions and velocities of a state."""
+        return answers(at, state[: self.velocities.start].copy(), state[self.velocities].copy())
+
+    def _checked(self, answer: Any) -> Array:
+        """Returns an answer as numbers, shape (count,), finite or not. Raises ParameterError."""
+        with must_be(self.wanted, "policy", self.name):
+            control = np.asarray(answer, dtype=float).reshape(-1)
         if control.shape != (self.count,):
             given = shortened(str(control.tolist()))
-            raise ParameterError("policy", self.name, f"{wanted}, not {given}")
+            raise ParameterError("policy", self.name, f"{self.wanted}, not {given}")
         return control
 
     def check_memory(self, times: Array, states: Array, controls: Array) -> None:
@@ -155,23 +219,10 @@ class ClosedLoop:
                 raise ParameterError("policy", self.name, wanted)
 
 
-@contextmanager
-def _at_most(seconds: float) -> Iterator[None]:
-    """Raises _TooSlow in the block after so many seconds of wall time. Where no timer can interrupt
-    the block, as on Windows and outside the main thread, the block runs to its end."""
-    main = threading.current_thread() is threading.main_thread()
-    if not (main and hasattr(signal, "setitimer")):
-        yield
-        return
-
-    def too_slow(number: int, frame: FrameType | None) -> None:
-        """Interrupts the block."""
-        raise _TooSlow
-
-    handler = signal.signal(signal.SIGALRM, too_slow)
-    before = signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, *before)
-        signal.signal(signal.SIGALRM, handler)
+def finite_controls(control: Array, at: float) -> Array:
+    """Returns controls at a time [s], shape (n,). Raises NotControlled unless all are finite."""
+    if not np.isfinite(control).all():
+        raise NotControlled(
+            f"the policy returns {shortened(str(control.tolist()), 40)} at {at:.4g} s"
+        )
+    return control

@@ -50,6 +50,10 @@ RunControls = Callable[[float, Array], Array]
 (n,), at the begin of a period."""
 
 
+MovesData = Callable[[Any, Array], None]
+"""Moves an mjData through a control period under controls, shape (actuators,). Raises Diverged."""
+
+
 class NotControlled(Exception):
     """A policy gives a run no finite control; the text says when."""
 
@@ -255,6 +259,8 @@ class OwnModel(Protocol):
     def timed(
         self, script: Script, states: Array, integrator: str, parts: int, steps: int
     ) -> TimedSimulation: ...
+    def moving_data(self, integrator: str, period: float, parts: int) -> MovesData: ...
+    def place_data(self, data: Any, state: Array) -> None: ...
     def recorded(self, loop: AskedPolicy, period: float, duration: float) -> Array: ...
     def changes(self, script: Script) -> tuple[Change, ...]: ...
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]: ...

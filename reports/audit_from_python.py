@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,21 @@ from plumbob.engines.audit.audit import Audit, audited, with_gradient, with_retu
 from plumbob.engines.audit.contacts import SPEED, contacts_audited
 from plumbob.engines.audit.controls import DURATION, script
 from plumbob.engines.audit.engines import with_engines
-from plumbob.engines.audit.environments import rollout, start_and_period
-from plumbob.engines.audit.episodes import EpisodePlan
+from plumbob.engines.audit.environment_returns import EnvironmentEpisodes, motion_return
+from plumbob.engines.audit.environments import (
+    AskedEnvironment,
+    observed,
+    rollout,
+    start_and_period,
+)
+from plumbob.engines.audit.episodes import EpisodePlan, Episodes, ModelEpisodes, name_of_metric
 from plumbob.engines.audit.user_models import quiet, user_models
-from plumbob.engines.closed_loop import ClosedLoop, NamedPolicy, new_policy
+from plumbob.engines.closed_loop import (
+    OF_OBSERVATION,
+    ClosedLoop,
+    NamedPolicy,
+    PolicyAnswers,
+)
 from plumbob.engines.own_motion import (
     NotCertifiable,
     NotControlled,
@@ -29,6 +40,7 @@ from plumbob.engines.own_motion import (
     Policy,
     Script,
     Start,
+    periods,
 )
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
@@ -38,6 +50,7 @@ AUDIT_SECONDS = 60.0  # [s] default processor time of an audit
 LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
 ALLOWED_SECONDS = 0.05  # [s] processor time of an evaluation that every budget allows
 START_OFFSET = 1e-9  # [m, rad, ...] distance from the start of the evaluation that is timed
+EPISODES_MODULE = "plumbob.engines.audit.environment_returns"
 RECORDED_POLICY = "policy, recorded at the model's own step"
 ASKED_POLICY = "policy, in the loop of each run"
 
@@ -88,37 +101,105 @@ def audit(
     """
     _check_effort(budget, jobs)
     engines = _checked_engines(engines, model)
-    control_name = _control_name(control, policy, in_the_loop)
-    if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
-        model, control, duration, period = _environment_motion(model, control, policy, duration)
-        policy = None
+    environment = model if hasattr(getattr(model, "unwrapped", None), "frame_skip") else None
     _check_loop(in_the_loop, policy, engines)
-    given = (control, policy, duration, period, budget, in_the_loop)
+    _check_episodes(episodes, in_the_loop, environment)
+    asked = _AskedFor(gradient, policy, in_the_loop, environment, episodes)
+    name = _control_name(control, policy, in_the_loop)
+    if environment is not None:
+        model, control, duration, period = asked.environment_motion(control, duration)
+    given = (control, asked.motion_policy, duration, period, budget, in_the_loop, environment)
     user_model, motion = user_motion(model, Start(keyframe, qpos, qvel), *given)
     with Workers(jobs) as workers:
-        # Another process can only load a policy that has a name.
-        shared = jobs > 1 and (not in_the_loop or isinstance(policy, NamedPolicy))
-        allowance = Allowance(budget, workers if shared else None, progress)
-        result = audited(user_model, motion, control_name, allowance, begun)
-    allowance = Allowance(budget, progress=progress)
-    result = _with_further_answers(result, motion, gradient, episodes, allowance)
+        allowance = Allowance(budget, asked.executor(workers), progress)
+        result = audited(user_model, motion, name, allowance, begun)
+        result = asked.further_answers(result, motion, Allowance(budget, workers, progress))
     return MotionResult(**vars(with_engines(result, model, engines, budget, progress)))
 
 
-def _with_further_answers(
-    result: Audit,
+@dataclass(frozen=True)
+class _AskedFor:
+    """The answers that a user asks for, and the policy that controls the motion."""
+
+    gradient: bool
+    policy: Policy | NamedPolicy | None
+    in_the_loop: bool
+    environment: Any  # None: the motion is a model's
+    plan: EpisodePlan | None
+
+    @property
+    def motion_policy(self) -> Policy | NamedPolicy | None:
+        """The policy that runs of the model ask or record; None if the environment's own rollout
+        records its controls."""
+        return self.policy if self.in_the_loop or self.environment is None else None
+
+    def environment_motion(
+        self, control: str | Array, duration: float | None
+    ) -> tuple[Any, str | Array, float | None, float]:
+        """Returns the environment's model, and the controls, the duration [s] and the control
+        period [s] of its motion. If controls are replayed, its rollout under the policy gives the
+        controls and the duration. Raises ParameterError."""
+        model, period = start_and_period(self.environment)
+        if self.policy is not None and not self.in_the_loop:
+            seconds = _duration_or_default(duration)
+            control, duration = _rolled_out(self.environment, self.policy, seconds), None
+        return model, control, duration, period
+
+    def executor(self, workers: Workers) -> Workers | None:
+        """Returns the processes for the audit itself; None if there is one alone, or if others
+        cannot load the policy. They import meanwhile what episodes need."""
+        if workers.count == 1:
+            return None
+        if self.plan is not None:
+            workers.begin(workers.count, EPISODES_MODULE)
+        named = isinstance(self.policy, NamedPolicy) and self.environment is None
+        return workers if named or not self.in_the_loop else None
+
+    def further_answers(self, result: Audit, motion: Script, allowance: Allowance) -> Audit:
+        """Returns an audit of a motion with derivatives, the return of an environment, and returns
+        of episodes, as far as they are asked for. Derivatives and episodes take as much time as is
+        allowed, each. Raises ParameterError."""
+        if self.gradient:
+            alone = Allowance(allowance.seconds, progress=allowance.progress)
+            result = with_gradient(result, alone)
+        if self.environment is not None and self.policy is not None and self.in_the_loop:
+            about = (self.environment, self.policy, result.model, motion, result.reference)
+            result = replace(result, motion_return=motion_return(*about))
+        if self.plan is not None:
+            episodes = _episodes(result.model, motion, self.policy, self.environment, self.plan)
+            result = with_returns(result, episodes, self.plan, allowance.part(1.0))
+        return result
+
+
+def _episodes(
+    model: OwnModel,
     motion: Script,
-    gradient: bool,
-    episodes: EpisodePlan | None,
-    allowance: Allowance,
-) -> Audit:
-    """Returns an audit of a motion with derivatives and with returns of episodes, if the user asks
-    for them. Each takes as much time as is allowed. Raises ParameterError."""
-    if gradient:
-        result = with_gradient(result, allowance.part(1.0))
-    if episodes is not None:
-        result = with_returns(result, motion, episodes, allowance.part(1.0))
-    return result
+    policy: Policy | NamedPolicy | None,
+    environment: Any,
+    plan: EpisodePlan,
+) -> Episodes:
+    """Returns the episodes of a plan: of an environment under a policy, or of a model whose script
+    asks the policy, if there is one."""
+    if environment is None or policy is None:
+        assert plan.metric is not None
+        return ModelEpisodes(model, motion, plan.metric, plan.spread)
+    seed = max(0, environment.unwrapped.np_random_seed)
+    return EnvironmentEpisodes(environment.spec or environment, seed, policy, model, motion)
+
+
+def _check_episodes(plan: EpisodePlan | None, in_the_loop: bool, environment: Any) -> None:
+    """Raises ParameterError unless episodes of a model have a metric, and those of an environment a
+    policy in the loop and no metric."""
+    if plan is None:
+        return
+    if environment is None and plan.metric is None:
+        raise ParameterError("episodes", plan.count, "given with a metric")
+    if environment is not None and plan.metric is not None:
+        name = name_of_metric(plan.metric)
+        raise ParameterError("metric", name, "left out with an environment, which has rewards")
+    if environment is not None and not in_the_loop:
+        wanted = "given with a policy in the loop, with an environment"
+        raise ParameterError("episodes", plan.count, wanted)
 
 
 def _check_loop(
@@ -133,19 +214,15 @@ def _check_loop(
         raise ParameterError("engines", ",".join(engines), "left out, or with a NamedPolicy")
 
 
-def _environment_motion(
-    environment: Any,
-    control: str | Array,
-    policy: Policy | NamedPolicy | None,
-    duration: float | None,
-) -> tuple[Any, str | Array, float | None, float]:
-    """Returns an environment's model, and the controls, the duration [s] and the control period [s]
-    of its motion. If there is a policy, its rollout gives the controls and the duration."""
-    model, period = start_and_period(environment)
-    if policy is not None:
-        control = rollout(environment, new_policy(policy), _duration_or_default(duration))
-        duration = None
-    return model, control, duration, period
+def _rolled_out(environment: Any, policy: Policy | NamedPolicy, duration: float) -> Array:
+    """Returns the controls of an environment's rollout under a policy, shape (periods, actuators),
+    for a duration [s] or to the end of the episode. Raises ParameterError."""
+    answers = PolicyAnswers(policy, OF_OBSERVATION)
+    count = periods(duration, environment.unwrapped.dt)
+    try:
+        return rollout(environment, observed(environment), answers, count).controls
+    except NotControlled as why:
+        raise ParameterError("policy", answers.name, f"{OF_OBSERVATION}; {why}") from None
 
 
 def _control_name(
@@ -184,16 +261,21 @@ def user_motion(
     period: float | None = None,
     budget: float = AUDIT_SECONDS,
     in_the_loop: bool = False,
+    environment: Any = None,
 ) -> tuple[OwnModel, Script]:
     """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
-    recorded; if it is `in_the_loop`, each run asks the policy. Raises ParameterError for a model
+    recorded; if it is `in_the_loop`, each run asks the policy, which an `environment` of the model
+    gives its observations. Raises ParameterError for a model
     that has no continuous motion, and if the budget [s] is too small."""
     try:
         user_model = user_models().model(model, start)
         loop = None
         if policy is not None:
             velocities = user_model.layout.velocity
-            loop = ClosedLoop(policy, user_model.rest.size, velocities)
+            ask = None
+            if environment is not None:
+                ask = AskedEnvironment(environment, user_model)
+            loop = ClosedLoop(policy, user_model.rest.size, velocities, ask)
             held = user_model.step if period is None else positive("ctrl period", period)
             control = _recorded(user_model, loop, held, _duration_or_default(duration))
             period, duration = held, None

@@ -13,8 +13,10 @@ import numpy as np
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import AuditChange
-from plumbob.engines.audit.episodes import EpisodePlan, EpisodeReturns, Episodes
+from plumbob.engines.audit.environment_returns import MotionReturn
+from plumbob.engines.audit.episodes import EpisodePlan, Episodes, episode_returns
 from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
+from plumbob.engines.audit.mean_returns import EpisodeReturns
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, start_certificate
 from plumbob.engines.audit.stability import LargestSteps, largest_steps
 from plumbob.engines.audit.step_errors import (
@@ -71,6 +73,8 @@ class Audit:
     # there is no loop, or no error is known.
     replayed: StepError | None = None
     returns: EpisodeReturns | None = None  # None if no episodes are asked for
+    # The return of an environment in a loop; None for other audits.
+    motion_return: MotionReturn | None = None
 
     @property
     def error(self) -> float:
@@ -300,13 +304,11 @@ def compare_with_reference(
 
 
 def with_returns(
-    audit: Audit, script: Script, plan: EpisodePlan, allowance: Allowance
+    audit: Audit, episodes: Episodes, plan: EpisodePlan, allowance: Allowance
 ) -> Audit:
-    """Returns an audit with the returns of the episodes of a plan, under the script that was given.
-    Raises ParameterError."""
+    """Returns an audit with the returns of the episodes of a plan. Raises ParameterError."""
     began = time.perf_counter()
-    episodes = Episodes(audit.model, script, plan)
-    returns = episodes.returns(allowance.seconds, allowance.progress)
+    returns = episode_returns(episodes, plan, allowance)
     return replace(audit, returns=returns, seconds=audit.seconds + time.perf_counter() - began)
 
 

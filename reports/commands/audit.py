@@ -21,10 +21,10 @@ from plumbob.engines.audit.changes import audited_file, changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
-from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan
+from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan, NamedMetric
 from plumbob.engines.audit.trims import TrimmedFile, effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
-from plumbob.engines.closed_loop import load_function, load_policy
+from plumbob.engines.closed_loop import load_policy
 from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.extras import install_command
@@ -103,7 +103,17 @@ IN_ALL_LINES = (
     "episodes",
 )
 CONTACT_OPTIONS = ("body", "speed", "friction")
-FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
+FILE_OPTIONS = (
+    "model",
+    "keyframe",
+    "qpos",
+    "qvel",
+    "ctrl_period",
+    "contacts",
+    "metric",
+    "spread",
+)
+EPISODES = "episodes.sqlite3"  # file in the folder --out with the outcomes of episodes
 
 
 @dataclass(frozen=True)
@@ -272,14 +282,14 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
     for name in ("metric", "spread", "return_within"):
         if getattr(chosen, name) is not None and chosen.episodes is None:
             raise ParameterError(name.replace("_", " "), getattr(chosen, name), NO_EPISODES)
-    if chosen.episodes is not None and chosen.metric is None:
+    if chosen.episodes is not None and not chosen.gym and chosen.metric is None:
         raise ParameterError("episodes", chosen.episodes, "given with --metric")
+    if chosen.episodes is not None and chosen.gym and not chosen.in_the_loop:
+        raise ParameterError("episodes", chosen.episodes, "given with --in-the-loop")
     if chosen.fail_above is not None and chosen.against is None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
-        values.refuse_options(
-            chosen, (*FILE_OPTIONS, "in_the_loop", "episodes"), "left out with --gym"
-        )
+        values.refuse_options(chosen, FILE_OPTIONS, "left out with --gym")
         chosen.seed = values.count("seed", chosen.seed or "0", 0)
     elif chosen.seed is not None:
         raise ParameterError("seed", chosen.seed, "given with --gym")
@@ -556,8 +566,12 @@ def write_trimmed_file(
 
 
 def episode_plan(chosen: argparse.Namespace) -> EpisodePlan:
-    """Returns the episodes that the user asks for, with the metric MODULE:FUNCTION; the module may
-    lie in the current folder. Raises ParameterError."""
-    wanted = "MODULE:FUNCTION, a function of times, qpos, qvel and controls"
-    metric = load_function("metric", chosen.metric, os.getcwd(), wanted)
-    return EpisodePlan(chosen.episodes, metric, chosen.spread or START_SPREAD)
+    """Returns the episodes that the user asks for, stored in the folder --out, if any. The metric
+    MODULE:FUNCTION of a model, which may lie in the current folder, is loaded once as a check.
+    Raises ParameterError."""
+    metric = None
+    if chosen.metric is not None:
+        metric = NamedMetric(chosen.metric, os.getcwd())
+        metric.load()
+    file = None if chosen.out is None else Path(chosen.out) / EPISODES
+    return EpisodePlan(chosen.episodes, metric, chosen.spread or START_SPREAD, file)

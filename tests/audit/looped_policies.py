@@ -87,3 +87,42 @@ def mean_angle(times, qpos, qvel, controls):
 
 def no_number(times, qpos, qvel, controls):
     return np.nan
+
+
+# Policies of observations, for environments
+
+STEERING = 3.0
+
+
+def steers(observation):
+    """Holds an inverted pendulum upright, for a while."""
+    return np.clip([STEERING * observation[1] + 0.5 * observation[0]], -3.0, 3.0)
+
+
+def falls(observation):
+    return [0.3]
+
+
+def raises_at_observation(observation):
+    raise KeyError("nothing")
+
+
+def no_number_at_observation(observation):
+    return [np.nan]
+
+
+def three_actions(observation):
+    return [0.0, 0.0, 0.0]
+
+
+def sleeps_at_observation(observation):
+    clock.sleep(100.0)
+
+
+def leaves_at_observation(observation):
+    raise SystemExit(0)
+
+
+def counts_observations(observation):
+    CALLS.append(observation)
+    return [1e-3 * len(CALLS)]

@@ -161,8 +161,6 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     )
     assert main([*LINE, *short]) == 2
     assert "in the loop = True: must be given with --policy" in capsys.readouterr().err
-    assert main(["audit", "--gym", "Hopper-v5", "--in-the-loop", *policy]) == 2
-    assert "left out with --gym" in capsys.readouterr().err
 
 
 @pytest.mark.long

@@ -11,7 +11,8 @@ import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
 from plumbob import audit
-from plumbob.engines.audit.episodes import EpisodePlan, Episodes, interval_of, limit_of
+from plumbob.engines.audit.episodes import EpisodePlan, ModelEpisodes
+from plumbob.engines.audit.mean_returns import interval_of, limit_of
 from plumbob.reports.cli import main
 from plumbob.tests.audit import looped_policies as policies
 from plumbob.tests.audit.test_audit_in_the_loop import CART, HELD, LINE
@@ -71,7 +72,7 @@ def coverage(count, repetitions):
     return np.mean(covered, axis=0)
 
 
-@pytest.mark.long
+@pytest.mark.rare
 @pytest.mark.parametrize("count", [24, 100])
 def test_intervals_cover_the_exact_difference(count):
     by_t, by_bootstrap = coverage(count, 2000)
@@ -144,7 +145,7 @@ def test_episodes_are_runs_in_the_loop_from_paired_starts():
     model = mujoco.MjModel.from_xml_string(CART)
     model.opt.timestep /= 2
     script = replace(found.script, loop=None)
-    starts = Episodes(found.model, script, EpisodePlan(6, policies.mean_angle))
+    starts = ModelEpisodes(found.model, script, policies.mean_angle)
     angles = []
     for number in range(6):
         data = mujoco.MjData(model)

@@ -9,8 +9,9 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, ContactRun
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
-from plumbob.engines.audit.episodes import EpisodeReturns, MeanInterval
+from plumbob.engines.audit.environment_returns import MotionReturn
 from plumbob.engines.audit.gradient import CertifiedGradient
+from plumbob.engines.audit.mean_returns import EpisodeReturns, MeanInterval
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import StateErrors, StepComparison
@@ -83,6 +84,7 @@ def _motion_record(audit: Audit) -> Plain:
         **gradient_record(audit.gradient),
         **({} if audit.changes is None else {"changes": audit.changes}),
         **({"engines": list(map(_engine_record, audit.engines))} if audit.engines else {}),
+        **_motion_return_record(audit.motion_return),
         **_returns_record(audit.returns),
         "seconds": audit.seconds,
     }
@@ -121,12 +123,17 @@ def _returns_record(returns: EpisodeReturns | None) -> Plain:
             **_attributes(row, "engine", "integrator", "step"),
             "mean": row.mean.mean,
             **_interval_record(row.difference),
-            **_attributes(row, "episodes", "lost"),
+            **_attributes(row, "episodes", "lost", "length"),
         }
         for row in returns.rows
     ]
     limit = _interval_record(returns.limit) if returns.limit else None
     return {"returns": rows, "return_limit": limit, "return_limit_why": returns.no_limit}
+
+
+def _motion_return_record(found: MotionReturn | None) -> Plain:
+    """Returns the return of an environment's motion; nothing for other audits."""
+    return {} if found is None else {"motion_return": vars(found)}
 
 
 def _interval_record(interval: MeanInterval | None) -> Plain:

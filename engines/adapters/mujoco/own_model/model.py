@@ -65,6 +65,7 @@ from plumbob.engines.own_motion import (
     AskedPolicy,
     Change,
     HeldContacts,
+    MovesData,
     NotCertifiable,
     NotControlled,
     Place,
@@ -73,6 +74,7 @@ from plumbob.engines.own_motion import (
     Stepped,
 )
 from plumbob.engines.peer_model import Layout, ModelJoint
+from plumbob.engines.stepper import Diverged
 from plumbob.models.border import must_be
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
@@ -320,6 +322,29 @@ class MujocoModel:
         period begins at its row of `states`, or where the last period ended if the row is NaN."""
         model = _with_step(copy.copy(self.effective), integrator, script.period / parts)
         return TimedPeriods(model, self._new_data(model), states, script.controls, steps)
+
+    def moving_data(self, integrator: str, period: float, parts: int) -> MovesData:
+        """Returns a function that moves an mjData with this model's sizes, such as an
+        environment's, through a control period [s] by `parts` steps of an integrator."""
+        model = _with_step(copy.copy(self.effective), integrator, period / parts)
+
+        def move(data: Any, control: Array) -> None:
+            """Moves an mjData under controls, shape (actuators,). Raises Diverged."""
+            data.ctrl[:] = control
+            mujoco.mj_step(model, data, parts)
+            # An environment also reads the forces of contacts.
+            mujoco.mj_rnePostConstraint(model, data)
+            if diverged(data):
+                raise Diverged(f"diverged at {data.time:.4g} s")
+
+        return move
+
+    def place_data(self, data: Any, state: Array) -> None:
+        """Puts an mjData with this model's sizes into a state, of which all that an environment
+        reads is computed anew."""
+        put(data, state)
+        mujoco.mj_forward(self.effective, data)
+        mujoco.mj_rnePostConstraint(self.effective, data)
 
     def recorded(self, loop: AskedPolicy, period: float, duration: float) -> Array:
         """Returns the controls that a policy gives to a run at the model's own step over a duration
