@@ -67,6 +67,10 @@ class SoftPoint:
     width: float = 1e-3  # [m] depth from which on the impedance is constant
     ratio: float = 1.0  # softness of the normal over friction's; infinite: friction is hard
     pyramidal: bool = True  # whether the friction cone is a pyramid
+    midpoint: float = 0.5  # depth over `width` at which the impedance's two curves meet
+    power: float = 2.0  # power of both curves
+    # Stiffness [1/s^2] and damping [1/s] in place of time constant and damping ratio
+    direct: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # records of users' models, which most commands do not need
     from plumbob.engines.drawn_mechanism import SceneDrawing
     from plumbob.engines.mechanism import Mechanism
     from plumbob.engines.own_contacts import ContactModel
+    from plumbob.engines.own_holds import HeldModel
     from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
@@ -138,13 +139,15 @@ class FileChecks:
 @dataclass(frozen=True)
 class UserModels:
     """Users' models as audits need them. A model is a path or a compiled model. Each function
-    raises ParameterError; `model` and `contacts` also raise NotCertifiable."""
+    raises ParameterError; `model`, `contacts` and `held` also raise NotCertifiable."""
 
     model: Callable[[Any, Start], OwnModel]
     """Model, start -> the model of its motion."""
     contacts: Callable[[Any, Start, str | None, float | None], ContactModel]
     """Model, start, name of a free body (None: the heaviest), friction coefficient (None: the
     model's) -> the body on its plane."""
+    held: Callable[[Any, Start, str | None], HeldModel]
+    """Model, start, name of a body (None: all that touch) -> the bodies at rest."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]]
     """Model file, changes that leave parts out, file to write -> the changes that were written."""
     write_fixed: Callable[[Path, FileFix, Path], FixPlace]

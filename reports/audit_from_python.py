@@ -26,6 +26,7 @@ from plumbob.engines.audit.environments import (
     start_and_period,
 )
 from plumbob.engines.audit.episodes import EpisodePlan, Episodes, ModelEpisodes, name_of_metric
+from plumbob.engines.audit.holds import CREEP_WANTED, holds_audited
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.closed_loop import (
     OF_OBSERVATION,
@@ -44,7 +45,8 @@ from plumbob.engines.own_motion import (
 )
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
-from plumbob.reports.view.audit.results import ContactResult, MotionResult
+from plumbob.reports.advice.creep_options import creep_options
+from plumbob.reports.view.audit.results import ContactResult, HoldsResult, MotionResult
 
 AUDIT_SECONDS = 60.0  # [s] default processor time of an audit
 LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
@@ -362,4 +364,39 @@ def audit_contacts(
         return ContactResult(**vars(contacts_audited(standing, speed)))
     except NotCertifiable as reason:
         wanted = f"one whose contacts can be audited; {reason}"
+        raise ParameterError("model", _model_name(model), wanted) from None
+
+
+@quiet()
+def audit_holds(
+    model: Any,
+    *,
+    body: str | None = None,
+    keyframe: int | str | None = None,
+    qpos: Sequence[float] | None = None,
+    creep_within: float = CREEP_WANTED,
+    progress: Callable[[str], None] = lambda what: None,
+) -> HoldsResult:
+    """Audits whether bodies hold at rest: what Coulomb's law says, how fast the engine lets them
+    creep, and which options bring the creep to `creep_within` [m/s].
+
+    `model` is a path to an MJCF file or a compiled `mujoco.MjModel`. `body` is one body that can
+    move; without a name all bodies count that touch something. They are judged at the start, under
+    its controls; if nothing balances there, as before servos have given way, where they settle.
+    Raises ParameterError for bad input, and if nothing touches.
+
+    >>> import mujoco
+    >>> ramp = '''<mujoco><worldbody><geom type="plane" size="9 9 1" euler="0 15 0"/>
+    ...   <body pos="0.013 0 0.0483" euler="0 15 0"><freejoint/>
+    ...   <geom type="box" size=".1 .1 .05"/></body></worldbody></mujoco>'''
+    >>> found = audit_holds(mujoco.MjModel.from_xml_string(ramp))
+    >>> found.coulomb, round(found.worst.statics.least_friction, 3)
+    ('holds', 0.268)
+    """
+    positive("creep within", creep_within)
+    try:
+        held = user_models().held(model, Start(keyframe, qpos), body)
+        return HoldsResult(**vars(holds_audited(held, creep_within, creep_options, progress)))
+    except NotCertifiable as reason:
+        wanted = f"one whose bodies rest on contacts; {reason}"
         raise ParameterError("model", _model_name(model), wanted) from None

@@ -22,6 +22,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan, NamedMetric
+from plumbob.engines.audit.holds import CREEP_WANTED, HoldsAudit
 from plumbob.engines.audit.trims import TrimmedFile, effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.closed_loop import load_policy
@@ -34,7 +35,12 @@ from plumbob.reports.advice.fixed_file import (
     check_new_file,
     write_fixed_file,
 )
-from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
+from plumbob.reports.audit_from_python import (
+    AUDIT_SECONDS,
+    audit,
+    audit_contacts,
+    audit_holds,
+)
 from plumbob.reports.columns.audit_columns import audit_columns
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
@@ -48,6 +54,7 @@ from plumbob.reports.commands.shared.several_audits import (
 from plumbob.reports.records.plain_data import json_text
 from plumbob.reports.view.audit.html import audit_html
 from plumbob.reports.view.audit.page import (
+    AnyAudit,
     answer_lines,
     audit_answer,
     audit_page,
@@ -103,6 +110,7 @@ IN_ALL_LINES = (
     "episodes",
 )
 CONTACT_OPTIONS = ("body", "speed", "friction")
+HOLDS_OPTIONS = ("holds_body", "creep_within")
 FILE_OPTIONS = (
     "model",
     "keyframe",
@@ -110,6 +118,7 @@ FILE_OPTIONS = (
     "qvel",
     "ctrl_period",
     "contacts",
+    "holds",
     "metric",
     "spread",
 )
@@ -185,10 +194,11 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
             expected = "left out, but with a single MJCF or URDF file"
             raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
         check_fixable(models[0], Path(chosen.write_fixed))
-    ending = "-contacts.html" if chosen.contacts else ".html"
+    still = chosen.contacts or chosen.holds
+    ending = "-contacts.html" if chosen.contacts else "-holds.html" if chosen.holds else ".html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     written_pages = list(pages.values())
-    if not chosen.contacts:
+    if not still:
         written_pages += [_record_file(page_file) for page_file in pages.values()]
     if not chosen.alone:
         written_pages.append(several_audits.PAGE)
@@ -212,10 +222,10 @@ def _print_first_line(audit: Audit, chosen: argparse.Namespace) -> None:
     print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
 
 
-def _short_lines(result: Audit | ContactAudit, chosen: argparse.Namespace) -> list[str]:
+def _short_lines(result: AnyAudit, chosen: argparse.Namespace) -> list[str]:
     """Returns the most important lines of a motion's audit for the terminal. There are none if all
     lines are printed: the user asks for them, or for numbers that have a line of their own."""
-    if isinstance(result, ContactAudit) or any(getattr(chosen, name) for name in IN_ALL_LINES):
+    if not isinstance(result, Audit) or any(getattr(chosen, name) for name in IN_ALL_LINES):
         return []
     columns = min(MOST_COLUMNS, shutil.get_terminal_size().columns)
     return short_lines(result, max(LEAST_COLUMNS, columns))
@@ -259,7 +269,7 @@ def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
         values.print_json(rows[0].data)
     elif alone:
         # The first line of a motion's audit is printed before the audit begins.
-        first = 0 if chosen.contacts else 1
+        first = 0 if chosen.contacts or chosen.holds else 1
         for line in (rows[0].short or rows[0].lines)[first:]:
             print(line)
     else:
@@ -295,10 +305,7 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
         raise ParameterError("seed", chosen.seed, "given with --gym")
     elif not (chosen.model and all(chosen.model)):
         raise ParameterError("model", chosen.model or None, "a file, or --gym in its place")
-    if chosen.contacts:
-        values.refuse_options(chosen, MOTION_OPTIONS, "left out with --contacts")
-    else:
-        values.refuse_options(chosen, CONTACT_OPTIONS, "given with --contacts")
+    _check_kind(chosen)
     chosen.budget = chosen.budget or AUDIT_SECONDS
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
@@ -310,6 +317,19 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
             raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
     if chosen.against is not None:
         chosen.against = read_audits(Path(chosen.against))
+
+
+def _check_kind(chosen: argparse.Namespace) -> None:
+    """Raises ParameterError if an option is given that this kind of audit does not take."""
+    if chosen.contacts:
+        values.refuse_options(chosen, (*MOTION_OPTIONS, "holds"), "left out with --contacts")
+    else:
+        values.refuse_options(chosen, CONTACT_OPTIONS, "given with --contacts")
+    if chosen.holds:
+        refused = [name for name in MOTION_OPTIONS if name != "qpos"]
+        values.refuse_options(chosen, (*refused, "absolute"), "left out with --holds")
+    else:
+        values.refuse_options(chosen, HOLDS_OPTIONS, "given with --holds")
 
 
 def _check_targets(
@@ -367,12 +387,12 @@ def _audit_row(
             _write_into(chosen.out, json_text({**data, "path": path}), _record_file(page_name))
     except ParameterError as why:
         return refused_row(path, str(why))
-    error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
+    error = _error_at_own_step(result)
     return Row(
         path=path,
         error=None if math.isnan(error) else error,
         step=result.step,
-        says=data.get("to_do", ""),
+        says=result.coulomb if isinstance(result, HoldsAudit) else data.get("to_do", ""),
         code=MISSED if missed else 0,
         data=data,
         page=page_name,
@@ -381,6 +401,13 @@ def _audit_row(
         short=tuple(short),
         seconds=result.seconds,
     )
+
+
+def _error_at_own_step(result: AnyAudit) -> float:
+    """Returns the error [m] of an audit at the model's own step; NaN if there is none."""
+    if isinstance(result, HoldsAudit):
+        return math.nan
+    return result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
 
 
 def _silent(what: str) -> None:
@@ -404,7 +431,7 @@ def _write_fixed(
 
 def _write_page(
     answer: Finding,
-    result: Audit | ContactAudit,
+    result: AnyAudit,
     name: str,
     chosen: argparse.Namespace,
 ) -> str:
@@ -438,9 +465,17 @@ def _run_audit(
     chosen: argparse.Namespace,
     jobs: int,
     **callbacks: Any,
-) -> Audit | ContactAudit:
+) -> AnyAudit:
     """Returns the audit of a model file or an environment. `callbacks` go to `audit` as they are.
     Raises ParameterError."""
+    if chosen.holds:
+        return audit_holds(
+            model,
+            body=chosen.holds_body,
+            keyframe=chosen.keyframe,
+            qpos=chosen.qpos,
+            creep_within=chosen.creep_within or CREEP_WANTED,
+        )
     if chosen.contacts:
         return audit_contacts(
             model,
@@ -476,16 +511,18 @@ def _run_audit(
     return result
 
 
-def _missed_requirements(
-    result: Audit | ContactAudit, chosen: argparse.Namespace
-) -> Iterator[str]:
+def _missed_requirements(result: AnyAudit, chosen: argparse.Namespace) -> Iterator[str]:
     """Gives a sentence for each requirement of the user that the audit misses."""
     requirements: list[Callable[[], None]] = []
+    if isinstance(result, HoldsAudit):
+        requirements.append(result.assert_holds)
+        if chosen.creep_within is not None:
+            requirements.append(partial(result.assert_creeps_within, chosen.creep_within))
     if isinstance(result, Audit) and chosen.stable:
         requirements.append(result.assert_stable)
     if isinstance(result, Audit) and chosen.require_reference:
         requirements.append(result.assert_referenced)
-    if chosen.absolute is not None:
+    if chosen.absolute is not None and not isinstance(result, HoldsAudit):
         requirements.append(partial(result.assert_within, chosen.absolute))
     if isinstance(result, Audit) and chosen.return_within is not None:
         requirements.append(partial(result.assert_return_within, chosen.return_within))

@@ -30,16 +30,24 @@ RK4_GROWTH_COEFFICIENTS = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
 
 def impedance(point: SoftPoint, depth: float) -> float:
-    """Returns the impedance d at a `depth` [m]: two parabolas between the two values of `point`."""
-    fraction = min(depth / point.width, 1.0)
+    """Returns the impedance d at a `depth` [m]: two curves between the two values of `point`, which
+    are parabolas by default."""
     least, most = point.impedance
-    rise = 2 * fraction**2 if fraction < 0.5 else 1 - 2 * (1 - fraction) ** 2
+    fraction = min(depth / point.width, 1.0)
+    if fraction <= point.midpoint:
+        rise = fraction**point.power / point.midpoint ** (point.power - 1.0)
+    else:
+        fall = (1.0 - fraction) ** point.power
+        rise = 1.0 - fall / (1.0 - point.midpoint) ** (point.power - 1.0)
     return least + (most - least) * rise
 
 
 def rates(point: SoftPoint, step: float) -> tuple[float, float]:
     """Returns the stiffness k [1/s^2] and damping b [1/s] of a contact in steps of `step` [s]."""
     most = point.impedance[1]
+    if point.direct is not None:
+        stiffness, damping = point.direct
+        return stiffness / most**2, damping / most
     time = max(point.time_constant, 2.0 * step)
     return 1.0 / (most * time * point.damping_ratio) ** 2, 2.0 / (most * time)
 
@@ -50,7 +58,7 @@ def depth_under(point: SoftPoint, push: float, step: float) -> float:
     if not push:
         return 0.0
     stiffness, _ = rates(point, step)
-    least_impedance = point.impedance[0]
+    least_impedance = min(point.impedance)
     # as if the impedance did not rise with depth
     deepest = push / (stiffness * least_impedance**2)
 

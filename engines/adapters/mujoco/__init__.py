@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from plumbob.engines.abilities import MotionView
     from plumbob.engines.drawn_mechanism import SceneDrawing
     from plumbob.engines.own_contacts import ContactModel
+    from plumbob.engines.own_holds import HeldModel
     from plumbob.engines.own_motion import Change, FileFix, FixPlace, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.engines.stepper import SceneMechanism
@@ -219,6 +220,13 @@ def _user_contacts(
     return own_contacts(model, start, body, friction)
 
 
+def _user_held_bodies(model: Any, start: Start, body: str | None) -> HeldModel:
+    """Returns the bodies of a user's model at rest; raises ParameterError and NotCertifiable."""
+    from plumbob.engines.adapters.mujoco.own_model.held_bodies import held_bodies
+
+    return held_bodies(model, start, body)
+
+
 def _write_trimmed(source: Path, changes: Sequence[Change], target: Path) -> tuple[Change, ...]:
     """Writes the file `source` to `target` without the parts that `changes` leave out, and returns
     the changes that were written; raises ParameterError."""
@@ -292,7 +300,12 @@ ENGINE = Engine(
         OwnFit("sysid", _fit),
         Views(_view_of_scene, _view_of_file, _choose_platform),
         UserModels(
-            _user_model, _user_contacts, _write_trimmed, _write_fixed, _collect_messages
+            _user_model,
+            _user_contacts,
+            _user_held_bodies,
+            _write_trimmed,
+            _write_fixed,
+            _collect_messages,
         ),
     ),
 )

@@ -3,6 +3,7 @@ writes."""
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,8 +13,10 @@ from typing import Any
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.engines.audit.holds import LONG, SHORT, HoldsAudit
 from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
 from plumbob.reports.advice.audit_summary import audit_summary
+from plumbob.reports.advice.creep_options import options_text
 from plumbob.reports.records.page_records import Replay
 from plumbob.reports.view.audit.contacts import contact_numbers
 from plumbob.reports.view.audit.html import AuditPage, AuditReport, Tile
@@ -23,6 +26,7 @@ from plumbob.reports.view.finding_text import read_findings as worded
 from plumbob.reports.view.tables import table_or_none
 from plumbob.reports.view.tables import terminal_lines as text_lines
 
+AnyAudit = Audit | ContactAudit | HoldsAudit
 MOST_LINES = 8  # largest number of lines of an audit on the terminal, unless all are asked for
 
 
@@ -47,12 +51,26 @@ def audit_report(audit: Audit) -> AuditReport:
     )
 
 
-def audit_answer(audit: Audit | ContactAudit) -> Finding:
+def holds_snippet(audit: HoldsAudit) -> str:
+    """Returns the options to paste that stop the creep of an audit; empty if there are none."""
+    remedy = audit.remedy
+    return options_text(audit.model.options, remedy.options) if remedy else ""
+
+
+def audit_answer(audit: AnyAudit) -> Finding:
     """Returns the finding that the template writes of an audit. Its first table is the answer; its
     other tables and figures are for the page."""
     numbers: dict[str, Any] = {"audit": audit, "file": Path(audit.name).name}
     if isinstance(audit, ContactAudit):
         (finding,) = worded("audit/contacts", numbers | contact_numbers(audit))
+    elif isinstance(audit, HoldsAudit):
+        numbers |= {
+            "snippet": holds_snippet(audit),
+            "short": SHORT,
+            "long": LONG,
+            "infinite": math.inf,
+        }
+        (finding,) = worded("audit/holds", numbers)
     else:
         advice = audit_advice(audit)
         numbers |= {"advice": advice, "to_do": to_do_text(audit, advice)}
@@ -130,7 +148,7 @@ def _short_rows(audit: Audit) -> list[tuple[str, str]]:
 
 def audit_page(
     answer: Finding,
-    audit: Audit | ContactAudit,
+    audit: AnyAudit,
     command: str,
     replay: Replay | None = None,
 ) -> AuditPage:
@@ -144,10 +162,17 @@ def audit_page(
         lasted=audit.seconds,
         versions=package_versions(),
         replay=replay,
-        code=audit.snippet if isinstance(audit, ContactAudit) else "",
-        report=None if isinstance(audit, ContactAudit) else audit_report(audit),
-        card=() if isinstance(audit, ContactAudit) else tuple(card_lines(audit)),
+        code=code_to_paste(audit),
+        report=audit_report(audit) if isinstance(audit, Audit) else None,
+        card=tuple(card_lines(audit)) if isinstance(audit, Audit) else (),
     )
+
+
+def code_to_paste(audit: AnyAudit) -> str:
+    """Returns the lines of MJCF that an audit of contacts advises; empty if there are none."""
+    if isinstance(audit, Audit):
+        return ""
+    return audit.snippet if isinstance(audit, ContactAudit) else holds_snippet(audit)
 
 
 def card_lines(audit: Audit) -> list[str]:

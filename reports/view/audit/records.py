@@ -11,6 +11,7 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.environment_returns import MotionReturn
 from plumbob.engines.audit.gradient import CertifiedGradient
+from plumbob.engines.audit.holds import LONG, SHORT, CreepRemedy, GroupVerdict, HoldsAudit
 from plumbob.engines.audit.mean_returns import EpisodeReturns, MeanInterval
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
@@ -20,17 +21,25 @@ from plumbob.engines.derivative_ways import CENTRAL
 from plumbob.reports.advice.audit_advice import StepChoice, audit_advice
 from plumbob.reports.advice.fixed_file import FixedFile
 from plumbob.reports.records.plain_data import FOR_JSON, plain
-from plumbob.reports.view.audit.page import package_versions, to_do_text
+from plumbob.reports.view.audit.page import (
+    AnyAudit,
+    holds_snippet,
+    package_versions,
+    to_do_text,
+)
 
 Plain = dict[str, Any]
 """A record as a JSON object."""
 
 
-def record(audit: Audit | ContactAudit) -> Plain:
+def record(audit: AnyAudit) -> Plain:
     """Returns an audit as the JSON object that `--json` prints."""
-    values = (
-        _contacts_record(audit) if isinstance(audit, ContactAudit) else _motion_record(audit)
-    )
+    if isinstance(audit, Audit):
+        values = _motion_record(audit)
+    elif isinstance(audit, ContactAudit):
+        values = _contacts_record(audit)
+    else:
+        values = _holds_record(audit)
     return dict(plain(values, FOR_JSON))
 
 
@@ -331,4 +340,60 @@ def _contacts_record(audit: ContactAudit) -> Plain:
         "notes": audit.model.notes,
         "versions": package_versions(),
         "seconds": audit.seconds,
+    }
+
+
+def _holds_record(audit: HoldsAudit) -> Plain:
+    """Returns an audit of what holds as a JSON object."""
+    worst = audit.worst.statics
+    creep = audit.creep
+    return {
+        "model": audit.name,
+        **_attributes(audit, "integrator", "step"),
+        "holds": {
+            "coulomb": audit.coulomb,
+            "margin": worst.margin,
+            "judged_at": "start" if audit.at_start else "settled",
+            "moved": audit.moved,
+            "groups": list(map(_group_record, audit.groups)),
+            "creep": creep.speed,
+            "predicted_creep": audit.predicted,
+            "distances": [creep.distances.get(time) for time in (SHORT, LONG)],
+            "wanted_creep": audit.wanted,
+            "options": audit.model.options,
+            "to_paste": holds_snippet(audit),
+            "tried": list(map(_remedy_record, audit.tried)),
+        },
+        "versions": package_versions(),
+        "seconds": audit.seconds,
+    }
+
+
+def _group_record(verdict: GroupVerdict) -> Plain:
+    """Returns what Coulomb's law says about bodies that are connected."""
+    statics = verdict.statics
+    forces = statics.normal_forces.tolist() or [None] * len(verdict.group.pairs)
+    contacts = [
+        {"pair": pair, "friction": friction, "normal_force": force}
+        for pair, friction, force in zip(
+            verdict.group.pairs, verdict.group.coefficients, forces, strict=True
+        )
+    ]
+    return {
+        "bodies": verdict.group.bodies,
+        "coulomb": verdict.coulomb,
+        **_attributes(
+            statics, "margin", "least_friction", "least_force", "least_actuation", "least_grip"
+        ),
+        "contacts": contacts,
+    }
+
+
+def _remedy_record(remedy: CreepRemedy) -> Plain:
+    """Returns options that were tried against creep."""
+    return {
+        "options": remedy.options,
+        "creep": remedy.creep.speed,
+        "depth": remedy.creep.depth,
+        **_attributes(remedy, "cost", "refusal"),
     }

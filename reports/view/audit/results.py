@@ -8,19 +8,27 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.engines.audit.holds import HoldsAudit
 from plumbob.reports.advice.fixed_file import FIXED_SECONDS, FixedFile, write_fixed_file
-from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, card_lines
+from plumbob.reports.view.audit.page import (
+    AnyAudit,
+    answer_lines,
+    answer_rows,
+    audit_answer,
+    card_lines,
+    code_to_paste,
+)
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.page import fill_page
 
 
 class _Shown:
-    """Methods that show an audit, for both kinds of audits."""
+    """Methods that show an audit, for all kinds of audits."""
 
     @property
-    def _audit(self) -> Audit | ContactAudit:
+    def _audit(self) -> AnyAudit:
         """The instance as the audit that a subclass makes it."""
-        assert isinstance(self, (Audit, ContactAudit))
+        assert isinstance(self, (Audit, ContactAudit, HoldsAudit))
         return self
 
     def __repr__(self) -> str:
@@ -32,10 +40,11 @@ class _Shown:
         if isinstance(audit, Audit):
             return card_lines(audit)
         answer = dict(answer_rows(audit_answer(audit)))
-        return [
-            answer["your contacts" if audit.own else "not run"],
-            *audit.snippet.splitlines(),
-        ]
+        if isinstance(audit, HoldsAudit):
+            first = "Coulomb"
+        else:
+            first = "your contacts" if audit.own else "not run"
+        return [answer[first], *code_to_paste(audit).splitlines()]
 
     def _repr_html_(self) -> str:
         """Returns the card of the audit as HTML, for a notebook."""
@@ -118,3 +127,13 @@ class ContactResult(_Shown, ContactAudit):
     `turning`. `errors(run)` [m] are the errors of a run by heading, against `distances` [m], which
     are known to `known` [m]; `error(run)` [m] is the largest of them. `assert_within(metres)`
     raises AssertionError."""
+
+
+class HoldsResult(_Shown, HoldsAudit):
+    """The answer of `audit_holds`.
+
+    `coulomb` is what Coulomb's law says about the bodies at rest: "holds", "can hold with a
+    preload", "too close to tell" or "cannot hold"; `groups` has the verdict on each group of
+    connected bodies, with its `statics`. `creep` is measured, `predicted` [m/s] is the prediction,
+    and `remedy` the options that stop the creep, or None. `assert_holds()` and
+    `assert_creeps_within(speed)` raise AssertionError."""

@@ -85,12 +85,18 @@ def _weaker_element(
         yield Element(name, Change(name, tuple(sets)), remedy)
 
 
-def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
-    """Yields the stiffness and the damping of the actuators that act on some degrees of freedom."""
+def actuator_moments(model: Any, data: Any) -> Array:
+    """Returns the moments by which actuators act on degrees of freedom, shape (actuators, nv)."""
     moments = np.zeros((actuator_count(model), model.nv))
     if moments.size:
         rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
         mujoco.mju_sparse2dense(moments, data.actuator_moment, *rows)
+    return moments
+
+
+def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
+    """Yields the stiffness and the damping of the actuators that act on some degrees of freedom."""
+    moments = actuator_moments(model, data)
     for i in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():
         inertia = _inertia(model, data, moments[i])
         first = i * model.actuator_biasprm.shape[1]
