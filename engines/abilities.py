@@ -229,6 +229,28 @@ class Batches:
     of: Callable[[Case, Method, float, int], tuple[str, Callable[[int], float]]]
 
 
+class Copies(Protocol):
+    """A compiled model in a port of MuJoCo, run in batches."""
+
+    def run(self, states: Array, warm_starts: Array, controls: Array) -> Array:
+        """Returns the states of the copies of a batch after each step, shape (copies, steps + 1,
+        n), from `states`, shape (copies, n), and accelerations with which their solvers begin,
+        shape (copies, nv), under controls, shape (copies, steps, nu)."""
+
+    @property
+    def port(self) -> Any:
+        """The model alone, as `PortsFiles` takes it."""
+
+
+@dataclass(frozen=True)
+class RunsCopies:
+    """Compiled model of a user, whether to compute in double precision -> copies of the model.
+    Raises RefusedFile."""
+
+    make: Callable[[Any, bool], Copies]
+    doubles: tuple[bool, ...]  # the precisions that the engine has: whether each is double
+
+
 @dataclass(frozen=True)
 class StepsOfFiles:
     """Text of a model file whose contacts depend on the time step -> the text for a step [s]."""

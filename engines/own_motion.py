@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.drawn_mechanism import DrawnMechanism
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.peer_model import Layout, Terms
-from plumbob.engines.recorded_step import RecordedSteps
+from plumbob.engines.recorded_step import RecordedSteps, StepInput
 from plumbob.engines.stepper import Stepper
 from plumbob.engines.trajectory import TimedSimulation
 
@@ -194,6 +194,20 @@ class Place:
     remedies: tuple[Change, ...] = ()  # changes that may raise any limit that is set there
 
 
+VariationKind = Literal["jacobian", "converged", "solver", "flag", "sleep"]
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A model with another setting, which should have the motion of another model, but for rounding
+    and for what the solver's tolerance leaves."""
+
+    name: str  # "sparse Jacobian"
+    kind: VariationKind
+    model: OwnModel
+    beside: OwnModel
+
+
 class OwnModel(Protocol):
     """A user's model made ready for an audit, in the engine that has the ability `UserModels`.
 
@@ -247,7 +261,13 @@ class OwnModel(Protocol):
     def clamping_acts(self, script: Script) -> bool: ...
     def stepper(self, integrator: str, step: float) -> Stepper: ...
     def function_stepper(self, integrator: str, step: float) -> Stepper: ...
+    def as_stepped(self) -> Any: ...
     def recorded_steps(self, integrator: str, step: float) -> RecordedSteps: ...
+    def variations(self) -> Iterator[Variation]: ...
+    def touching_in(
+        self, port: Any, before: StepInput, others: tuple[Any, ...]
+    ) -> tuple[Any, ...]: ...
+    def batch(self, states: Array, controls: Array, threads: int) -> Array: ...
     def place(self, state: Array, control: Array, weights: Array) -> Place: ...
     def field(self, width: float = 0.0) -> Any: ...
     def hidden_touches(self, field: Any, start: Array) -> Any: ...

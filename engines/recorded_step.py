@@ -29,6 +29,16 @@ class StepOutcome:
     warm_start: Array  # acceleration with which the solver of the next step begins
     # Contacts and limits that were active at the beginning of the first step
     touching: tuple[Any, ...]
+    iterations: int = 0  # of the solver in the last step, the most of any island
+
+
+@dataclass(frozen=True)
+class StepRun:
+    """A run of steps, from its start to its end or to the last finite state."""
+
+    states: Array  # qpos, qvel and act at the start and after each step, shape (n + 1, numbers)
+    # Accelerations with which the solver begins, shape (n + 1, degrees of freedom)
+    warm_starts: Array
 
 
 @dataclass(frozen=True)
@@ -48,6 +58,9 @@ class RecordedSteps(Protocol):
     def place_names(self) -> tuple[str, ...]: ...
     @property
     def units(self) -> tuple[str, ...]: ...
+    @property
+    def most_iterations(self) -> int: ...
+    def run(self, before: StepInput) -> StepRun: ...
     def after(self, before: StepInput) -> StepOutcome: ...
     def converged(self, before: StepInput) -> StepOutcome: ...
     def nudged(

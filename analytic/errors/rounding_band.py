@@ -12,7 +12,8 @@ same way, their parts c_k of a coordinate add up; by Cauchy and Schwarz
 
 where a part is at most LARGEST times its own mean square. What a solver leaves of a step is carried
 in the same way, as a term of its own: each of two runs leaves as much, and a solver that takes its
-constraints in another order may leave twice as much."""
+constraints in another order may leave twice as much. If the two runs have different solvers, what
+each of them leaves is a row of its own."""
 
 from __future__ import annotations
 
@@ -36,7 +37,9 @@ class StepRounding:
     jacobian: Array  # derivative of the state after the step by the state before, shape (m, m)
     # Changes of the state after the step by nudges of what the step computes, shape (nudges, m)
     nudged: Array
-    left: Array  # change of the state after the step if its solver converges, shape (m,)
+    # Changes of the state after the step if its solver converges, of one run for both, or of each,
+    # shape (m,) or (runs, m)
+    left: Array
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,8 @@ def carried_band(steps: Iterable[StepRounding], start: Array) -> Iterator[BandSa
         by_state = step.jacobian
         added = step.nudged.T @ step.nudged / len(step.nudged)
         covariance = by_state @ covariance @ by_state.T + added
-        left = by_state @ left @ by_state.T + np.outer(step.left, step.left)
+        rows = np.atleast_2d(step.left)
+        left = by_state @ left @ by_state.T + rows.T @ rows
         start = by_state @ start
         estimate = np.sqrt(np.diag(covariance))
         yield BandSample(

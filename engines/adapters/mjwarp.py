@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.abilities import Batches, RunsFiles, SchemeOfCase
+from plumbob.engines.abilities import Batches, RunsCopies, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.ported import (
     EVERY,
     LOADED,
@@ -76,7 +76,7 @@ class WarpPort:
         mujoco_warp.forward(self.model, self.data)
 
     @cached_property
-    def _step(self) -> Any:
+    def graph(self) -> Any:
         """The graph of one step."""
         import mujoco_warp
         import warp
@@ -90,7 +90,7 @@ class WarpPort:
         import warp
 
         for _ in range(count):
-            warp.capture_launch(self._step)
+            warp.capture_launch(self.graph)
         warp.synchronize()
 
     def step_under(self, controls: Array) -> None:
@@ -100,7 +100,7 @@ class WarpPort:
         target = self.data.ctrl
         for control in controls.astype("f4"):
             target.assign(np.broadcast_to(control, target.shape))
-            warp.capture_launch(self._step)
+            warp.capture_launch(self.graph)
         warp.synchronize()
 
     def state(self) -> tuple[Array, Array]:
@@ -113,6 +113,33 @@ class WarpPort:
         import mujoco_warp
 
         mujoco_warp.get_data_into(data, self.compiled, self.data)
+
+
+class WarpCopies:
+    """A compiled model in MuJoCo Warp, stepped in batches; raises RefusedFile."""
+
+    def __init__(self, model: Any, double: bool) -> None:
+        """Warp computes in single precision: `double` is False."""
+        self.compiled, self.port = model, WarpPort(model)
+        self.sizes = model.nq, model.nq + model.nv
+
+    def run(self, states: Array, warm_starts: Array, controls: Array) -> Array:
+        """Returns the states of the copies, see `Copies.run`."""
+        import warp
+
+        batch = WarpPort(self.compiled, len(states))
+        data = batch.data
+        arrays = (data.qpos, data.qvel, data.act, data.qacc_warmstart)
+        parts = [*np.split(states, self.sizes, axis=1), warm_starts]
+        for array, part in zip(arrays, parts, strict=True):
+            array.assign(part.astype("f4"))
+        rows = [states]
+        for held in np.moveaxis(controls, 1, 0):
+            data.ctrl.assign(np.ascontiguousarray(held, "f4"))
+            warp.capture_launch(batch.graph)
+            warp.synchronize()
+            rows.append(np.hstack([np.array(array.numpy(), float) for array in arrays[:3]]))
+        return np.stack(rows, axis=1)
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -149,5 +176,6 @@ ENGINE = Engine(
         SchemeOfCase(scheme),
         RunsFiles(partial(load_file, WarpPort), 2.0**-24),
         Batches(batch),
+        RunsCopies(WarpCopies, (False,)),
     ),
 )

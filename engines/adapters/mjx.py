@@ -15,7 +15,13 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines import sampling
-from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles, SchemeOfCase
+from plumbob.engines.abilities import (
+    Batches,
+    OwnDerivative,
+    RunsCopies,
+    RunsFiles,
+    SchemeOfCase,
+)
 from plumbob.engines.adapters import ported
 from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.adapters.ported import EVERY, LOADED, SMOOTH
@@ -103,6 +109,42 @@ class MjxPort:
         from mujoco import mjx
 
         mjx.get_data_into(data, self.compiled, self.data)
+
+
+class MjxCopies:
+    """A compiled model in MJX, stepped in batches by JAX's vmap. Raises RefusedFile."""
+
+    def __init__(self, model: Any, double: bool) -> None:
+        import jax
+        from mujoco import mjx
+
+        self.port = MjxPort(model, double)
+        self.sizes = model.nq, model.nq + model.nv
+        one = self.port.data
+
+        def begin(qpos: Any, qvel: Any, act: Any, warm_start: Any) -> Any:
+            """Returns the data of a copy at its start."""
+            return one.replace(qpos=qpos, qvel=qvel, act=act, qacc_warmstart=warm_start)
+
+        def step(model: Any, data: Any, control: Any) -> Any:
+            """Returns the data of a copy after a step."""
+            return mjx.step(model, data.replace(ctrl=control))
+
+        self.begin = jax.jit(jax.vmap(begin))
+        self.step = jax.jit(jax.vmap(step, (None, 0, 0)))
+
+    def run(self, states: Array, warm_starts: Array, controls: Array) -> Array:
+        """Returns the states of the copies, see `Copies.run`."""
+        kind = self.port.data.qpos.dtype
+        parts = [*np.split(states, self.sizes, axis=1), warm_starts]
+        rows = [states]
+        with self.port.precision():
+            data = self.begin(*(part.astype(kind) for part in parts))
+            for held in np.moveaxis(controls, 1, 0).astype(kind):
+                data = self.step(self.port.model, data, held)
+                after = (np.array(part, float) for part in (data.qpos, data.qvel, data.act))
+                rows.append(np.hstack(list(after)))
+        return np.stack(rows, axis=1)
 
 
 @cache
@@ -273,5 +315,6 @@ ENGINE = Engine(
         SchemeOfCase(scheme),
         RunsFiles(partial(ported.load_file, MjxPort), 2.0**-24),
         Batches(batch),
+        RunsCopies(MjxCopies, (False, True)),
     ),
 )

@@ -4,7 +4,7 @@ come. It is measured step by step along one recording and carried by step Jacobi
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -40,23 +40,28 @@ class Band:
 
 @dataclass
 class BandMeasurement:
-    """The measurement of a band along a recording."""
+    """The measurement of bands along a recording. What a step contributes is measured once."""
 
     samples: SampleSteps
     allowance: Allowance
     precision: type[np.floating[Any]]  # in which the motions are computed
     why: str = field(default="", init=False)
     opened: str = field(default="", init=False)
+    steps: dict[int, StepRounding] = field(default_factory=dict, init=False)
 
-    def band(self, first: int, start: Array) -> Band:
+    def band(self, first: int, start: Array, left: Array | None = None) -> Band:
         """Returns the band from an interval on, with a difference `start` of the states there, in
-        tangent coordinates."""
+        tangent coordinates. If the other run has another solver, `left` is what that solver leaves
+        of each step, shape (intervals, m)."""
+        self.why = self.opened = ""
         rows = list[BandSample]()
-        for row in carried_band(self._steps(first, rows), start):
+        for row in carried_band(self._contributions(first, rows, left), start):
             rows.append(row)
         return Band(first, tuple(rows), self.why, self.opened)
 
-    def _steps(self, first: int, rows: list[BandSample]) -> Iterator[StepRounding]:
+    def _contributions(
+        self, first: int, rows: list[BandSample], left: Array | None
+    ) -> Iterator[StepRounding]:
         """Yields what each step contributes to the band whose `rows` are known so far, until the
         band opens or the time ends."""
         samples = self.samples
@@ -68,20 +73,31 @@ class BandMeasurement:
             if rows and self._ends(state, rows[-1], interval):
                 return
             before = samples.before(interval, warm)
-            outcome = samples.steps.after(before)
-            warm = outcome.warm_start
-            converged = samples.steps.converged(before)
-            nudged = samples.steps.nudged(before, self.precision, np.zeros_like)
-            left = samples.space.differences(converged.state, outcome.state)
-            jacobian = self._jacobian(before)
-            if not (np.isfinite(jacobian).all() and np.isfinite(nudged).all()):
+            warm = samples.steps.after(before).warm_start
+            if interval not in self.steps:
+                self.steps[interval] = self._measured(before)
+            step = self.steps[interval]
+            if not (np.isfinite(step.jacobian).all() and np.isfinite(step.nudged).all()):
                 self.why = "the model's step is not finite"
                 return
-            yield StepRounding(jacobian, nudged, left)
+            if left is not None:
+                step = replace(step, left=np.stack([step.left, left[interval]]))
+            yield step
+
+    def _measured(self, before: StepInput) -> StepRounding:
+        """Returns what the steps from a state contribute to a band."""
+        samples = self.samples
+        outcome, converged = samples.steps.after(before), samples.steps.converged(before)
+        return StepRounding(
+            jacobian=self._jacobian(before),
+            nudged=samples.steps.nudged(before, self.precision, np.zeros_like),
+            left=samples.space.differences(converged.state, outcome.state),
+        )
 
     def _ends(self, state: Array, row: BandSample, interval: int) -> bool:
         """Returns whether the band ends at a state, and keeps the reason."""
-        if self.allowance.left < 0.0:
+        known = interval in self.steps
+        if self.allowance.left < 0.0 and not known:
             self.why = "the time given for it ended"
         elif not row.bound.max(initial=0.0) < LINEAR:
             self.why = f"the band has grown to {LINEAR:g}"

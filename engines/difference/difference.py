@@ -91,7 +91,8 @@ def compared_motions(
     if pairs is not None:
         allowance.progress("the band of rounding")
         samples = SampleSteps(model, recordings[0], steps[0].law)
-        difference = _difference(samples, recordings[1], pairs, allowance)
+        measurement = BandMeasurement(samples, allowance, computed_precision(*recordings))
+        difference = motion_difference(measurement, recordings[1], pairs)
     return ComparedMotions(model, recordings, tuple(steps), difference)
 
 
@@ -110,11 +111,14 @@ def common_rows(first: Recording, second: Recording, step: float) -> Array:
     return pairs
 
 
-def _difference(
-    samples: SampleSteps, second: Recording, pairs: Array, allowance: Allowance
+def motion_difference(
+    measurement: BandMeasurement, second: Recording, pairs: Array, left: Array | None = None
 ) -> MotionDifference:
-    """Returns the difference of two recordings at the rows of `pairs`, and the band along the first
-    from the last common sample on at which they have the same bits."""
+    """Returns the difference of two recordings at the rows of `pairs`, and the band along the
+    first, measured by `measurement`, from the last common sample on at which they have the same
+    bits. If the second has another solver, `left` is what that solver leaves of each step, shape
+    (intervals, m)."""
+    samples = measurement.samples
     first = samples.recording
     states, others = first.states[pairs[:, 0]], second.states[pairs[:, 1]]
     changes = samples.space.differences(others, states)
@@ -129,8 +133,7 @@ def _difference(
     if not differing.size:
         return _record(samples, pairs, changes, np.zeros((4, len(pairs))), at_start, None)
     begin = max(int(differing[0]) - 1, 0)
-    measurement = BandMeasurement(samples, allowance, computed_precision(first, second))
-    band = measurement.band(int(pairs[begin, 0]), changes[begin])
+    band = measurement.band(int(pairs[begin, 0]), changes[begin], left)
     degrees = samples.space.velocities
     rows = _band_rows(band, pairs[:, 0] - band.first, changes, units, degrees)
     return _record(samples, pairs, changes, rows, at_start, band)

@@ -126,10 +126,17 @@ class SampleSteps:
         return tangent_unit(self.space, self.recording, interval + 1)
 
     def allowed(self, before: StepInput, interval: int) -> Allowed:
-        """Returns what the steps of an interval may leave: rounding, by nudges, and the solver, by
-        the difference that its iterations make with and without a warm start."""
+        """Returns what the steps of an interval may leave."""
+        return Allowed(self.rounding(before, interval), self.solver(before))
+
+    def rounding(self, before: StepInput, interval: int) -> Array:
+        """Returns what rounding may leave of the steps of an interval: measured by nudges."""
         nudged = self.steps.nudged(before, self.precision, self.recording.resolution.unit)
-        rounding = ROUNDING * np.sqrt(np.mean(nudged**2, axis=0)) + self.unit_after(interval)
+        return ROUNDING * np.sqrt(np.mean(nudged**2, axis=0)) + self.unit_after(interval)
+
+    def solver(self, before: StepInput) -> Array:
+        """Returns what the solver may leave of the steps from a state: by the difference that its
+        iterations make with and without a warm start."""
         converged = self.steps.converged(before)
         cold = StepInput(before.state, before.controls, np.zeros_like(before.warm_start))
         differences = [
@@ -141,7 +148,7 @@ class SampleSteps:
             solver[part] = np.maximum(
                 solver[part], SOLVER_SPREAD * solver[part].max(initial=0.0)
             )
-        return Allowed(rounding, SOLVER * np.where(np.isfinite(solver), solver, 0.0))
+        return SOLVER * np.where(np.isfinite(solver), solver, 0.0)
 
     def acceleration(self, left: Array, interval: int) -> Array:
         """Returns what is left of the velocities as accelerations [m/s^2, rad/s^2]."""

@@ -213,7 +213,7 @@ LINKS = """
 
 def apart(on, integrator, step, nudge=1e-8, steps=400):
     """How many times as far apart as at the start two runs are at most, by MuJoCo's steps alone."""
-    model = on.model._as_stepped()
+    model = on.model.as_stepped()
     model.opt.timestep, model.opt.integrator = step, integrator_number(integrator)
     first, second = mujoco.MjData(model), mujoco.MjData(model)
     second.qpos[:] += nudge

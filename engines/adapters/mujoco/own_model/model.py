@@ -38,7 +38,10 @@ from plumbob.engines.adapters.mujoco.own_model.readings import (
     readings,
     start_warnings,
 )
-from plumbob.engines.adapters.mujoco.own_model.recorded_steps import MujocoRecordedSteps
+from plumbob.engines.adapters.mujoco.own_model.recorded_steps import (
+    MujocoRecordedSteps,
+    touching_with_contacts,
+)
 from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
@@ -46,6 +49,7 @@ from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     integrator_number,
     like_start,
 )
+from plumbob.engines.adapters.mujoco.own_model.variations import batch_states, varied_models
 from plumbob.engines.adapters.mujoco.solids import solids
 from plumbob.engines.adapters.mujoco.terms import (
     MujocoTerms,
@@ -72,8 +76,10 @@ from plumbob.engines.own_motion import (
     Script,
     Start,
     Stepped,
+    Variation,
 )
 from plumbob.engines.peer_model import Layout, ModelJoint
+from plumbob.engines.recorded_step import StepInput
 from plumbob.engines.stepper import Diverged
 from plumbob.models.border import must_be
 
@@ -161,13 +167,13 @@ class MujocoModel:
 
     def softened(self, step: float) -> bool:
         """Whether the engine itself, by refsafe, would soften contacts or limits at a step [s]."""
-        return bool(clamped_model(self._as_stepped(), step)[1])
+        return bool(clamped_model(self.as_stepped(), step)[1])
 
     def softens(self, script: Script, integrator: str, parts: int) -> bool:
         """Returns whether refsafe changes the run of `script` with `parts` steps of an integrator
         in a control period. If nothing touches, refsafe has no effect on the run."""
         step = script.period / parts
-        guarded, softened = clamped_model(self._as_stepped(), step)
+        guarded, softened = clamped_model(self.as_stepped(), step)
         return bool(softened) and self._runs_apart(guarded, script, integrator, parts)
 
     def clamping_acts(self, script: Script) -> bool:
@@ -190,8 +196,9 @@ class MujocoModel:
         changed = replace(self, effective=other).stepped(script, integrator, parts)
         return not np.array_equal(states, changed.states, equal_nan=True)
 
-    def _as_stepped(self) -> Any:
-        """A copy of `effective`, which has refsafe off, with refsafe on if the file has it on."""
+    def as_stepped(self) -> Any:
+        """Returns a copy of `effective`, which has refsafe off, with refsafe on if the file has it
+        on."""
         model = copy.copy(self.effective)
         if self.refsafe:
             model.opt.disableflags &= ~REFSAFE
@@ -201,7 +208,7 @@ class MujocoModel:
     def _shared_models(self) -> tuple[tuple[Any, Any], ...]:
         """The model without sensors for `function_stepper` and for `stepper`, each with its mjData.
         All steppers of a kind share them, as copies of models with textures take long."""
-        model = self._as_stepped()
+        model = self.as_stepped()
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         models = (with_converging_solver(copy.copy(model)), model)
         return tuple((model, self._new_data(model)) for model in models)
@@ -218,7 +225,37 @@ class MujocoModel:
 
     def recorded_steps(self, integrator: str, step: float) -> MujocoRecordedSteps:
         """Returns single steps [s] of the model by an integrator, each from a given state."""
-        return MujocoRecordedSteps(self._as_stepped(), self.start, integrator, step)
+        return MujocoRecordedSteps(self.as_stepped(), self.start, integrator, step)
+
+    def variations(self) -> Iterator[Variation]:
+        """Yields the model with other settings, each beside the model whose motion it should
+        have."""
+        for name, kind, changed, beside in varied_models(self.effective):
+            pair = (replace(self, effective=model) for model in (changed, beside))
+            yield Variation(name, kind, *pair)
+
+    @collected()
+    def touching_in(
+        self, port: Any, before: StepInput, others: tuple[Any, ...]
+    ) -> tuple[Any, ...]:
+        """Returns the constraints that are active in a port of the model in a state: its contacts,
+        and the constraints of `others` that are no contacts, which are not read from ports."""
+        data = self._new_data(self.effective)
+        put(data, before.state)
+        data.ctrl[:] = before.controls[0]
+        port.load(data)
+        port.forward()
+        port.unload(data)
+        return touching_with_contacts(self.effective, data, others)
+
+    @collected()
+    def batch(self, states: Array, controls: Array, threads: int) -> Array:
+        """Returns the states of runs of the model's own steps in a batch on `threads` threads,
+        shape (runs, steps + 1, n), from `states` under controls that all share, shape (steps,
+        actuators)."""
+        model = self.as_stepped()
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        return batch_states(model, self.start, states, controls, threads)
 
     @collected()
     def place(self, state: Array, control: Array, weights: Array) -> Place:

@@ -18,9 +18,13 @@ from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.field import with_converging_solver
 from plumbob.engines.adapters.mujoco.own_model.left_out import NEVER
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import integrator_number, like_start
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
+    diverged,
+    integrator_number,
+    like_start,
+)
 from plumbob.engines.adapters.mujoco.terms import apart, put, state_of
-from plumbob.engines.recorded_step import StepInput, StepOutcome, Suspect
+from plumbob.engines.recorded_step import StepInput, StepOutcome, StepRun, Suspect
 
 # Numbers of a model that a step computes with: those of its mass matrix, of its forces, and of the
 # places of its shapes
@@ -88,10 +92,7 @@ class MujocoRecordedSteps:
     @collected()
     def _after(self, model: Any, data: Any, before: StepInput, force: Any = 0.0) -> StepOutcome:
         """Returns the outcome of steps of `model` under a generalised `force`."""
-        mujoco.mj_resetData(model, data)
-        like_start(data, self.start)
-        put(data, before.state)
-        data.qacc_warmstart[:] = before.warm_start
+        self._begin(model, data, before)
         data.qfrc_applied[:] = force
         touching: tuple[Any, ...] = ()
         for number, control in enumerate(before.controls):
@@ -101,7 +102,38 @@ class MujocoRecordedSteps:
             except mujoco.FatalError:
                 return StepOutcome(np.full(before.state.size, np.nan), before.warm_start, ())
             touching = touching if number else _touching(data)
-        return StepOutcome(state_of(data), np.array(data.qacc_warmstart), touching)
+        iterations = int(data.solver_niter.max()) if data.nefc else 0
+        return StepOutcome(state_of(data), np.array(data.qacc_warmstart), touching, iterations)
+
+    def _begin(self, model: Any, data: Any, before: StepInput) -> None:
+        """Puts the mjData of `model` into the state before steps."""
+        mujoco.mj_resetData(model, data)
+        like_start(data, self.start)
+        put(data, before.state)
+        data.qacc_warmstart[:] = before.warm_start
+
+    @property
+    def most_iterations(self) -> int:
+        """The cap on the iterations of the solver."""
+        return int(self.model.opt.iterations)
+
+    @collected()
+    def run(self, before: StepInput) -> StepRun:
+        """Returns the run of all steps of `before`, in new mjData. It ends early if it diverges."""
+        data = self._new_data(self.model)
+        self._begin(self.model, data, before)
+        states, warm_starts = [before.state], [before.warm_start]
+        for control in before.controls:
+            data.ctrl[:] = control
+            try:
+                mujoco.mj_step(self.model, data)
+            except mujoco.FatalError:
+                break
+            if diverged(data):
+                break
+            states.append(state_of(data))
+            warm_starts.append(np.array(data.qacc_warmstart))
+        return StepRun(np.array(states), np.array(warm_starts))
 
     def after(self, before: StepInput) -> StepOutcome:
         """Returns the outcome of the model's own steps."""
@@ -288,4 +320,16 @@ def _touching(data: Any) -> tuple[Any, ...]:
             found.add((kind, -1, geoms))
         elif kind >= FIRST_LIMIT:
             found.add((kind, number, ()))
+    return tuple(sorted(found))
+
+
+def touching_with_contacts(model: Any, data: Any, others: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Returns the constraints of `others` with the contacts of the mjData, which a port has filled,
+    in place of their contacts."""
+    found = {entry for entry in others if not entry[2]}
+    cone = FIRST_CONTACT + 1 + int(model.opt.cone)
+    for contact in data.contact:
+        if contact.dist < contact.includemargin and contact.geom.min() >= 0:
+            kind = cone if contact.dim > 1 else FIRST_CONTACT
+            found.add((kind, -1, tuple(sorted(contact.geom.tolist()))))
     return tuple(sorted(found))
