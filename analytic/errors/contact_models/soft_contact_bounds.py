@@ -284,7 +284,7 @@ def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
         motion.capsule, LOAD_POSITIONS
     )
     slopes = np.array([depths_x - central_depths, depths_y - central_depths]).T
-    (central, gradients) = _load_fractions(motion.capsule)
+    central, gradients = _load_fractions(motion.capsule)
     place, speed, push = (
         np.array([vector.real, vector.imag])
         for vector in (motion.place, motion.speed, motion.push)

@@ -19,8 +19,8 @@ from plumbob.analytic.sampled_control import AT_BEGIN, HeldAnswers
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import LoopQuantity
 from plumbob.analytic.systems.held_loop import (
+    LOOP_OBSERVABLES,
     MOST_DELAY,
-    NAMES,
     Flow,
     HeldLoop,
     first_unstable,
@@ -55,8 +55,8 @@ def scheme_flow(loop: HeldLoop, scheme: Scheme, step: float) -> Flow | None:
 def _plant(loop: HeldLoop, torque: float) -> SmoothSystem:
     """Returns the joint under a constant torque [N m]."""
     return SmoothSystem(
-        coordinates=NAMES[:1],
-        rates=NAMES[1:],
+        coordinates=LOOP_OBSERVABLES[:1],
+        rates=LOOP_OBSERVABLES[1:],
         mass_matrix=lambda p, q: ((loop.inertia,),),
         forces=lambda p, time, q, v: (torque - loop.damping * v[0],),
         parameters={},
@@ -88,7 +88,9 @@ def held_errors(loop: HeldLoop) -> StepErrors:
             states = _stepped_states(loop, flow, step, int(marks[-1]))[:, marks]
         if not np.isfinite(states).all():
             return {}
-        return signal_differences(dict(zip(NAMES, states, strict=True)), loop.observe(times))
+        return signal_differences(
+            dict(zip(LOOP_OBSERVABLES, states, strict=True)), loop.observe(times)
+        )
 
     return StepErrors(error)
 

@@ -16,7 +16,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import Series
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
-from plumbob.analytic.tableau import advance_parts
+from plumbob.analytic.tableau import Tableau, advance_parts
 
 MAX_SCHEME_STEPS = 2_000_000  # steps in a run, which take a few seconds
 # [steps] largest distance of a sample from a whole number of steps
@@ -28,6 +28,8 @@ StepNumbers = npt.NDArray[np.int64]
 StateParts = Sequence[Any]
 SchemeStep = Callable[[Any, StateParts], StateParts]
 """Function from the time [s] and state at a step's start to the state after it: q and then q'."""
+StageAcceleration = Callable[[Any, float, StateParts, StateParts], StateParts]
+"""Function from the time [s] of a step's start, a fraction of the step, q and q' to q''."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,8 @@ class Equations:
 
 
 def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
-    """Returns the step of a `scheme` of STEPPED on the `equations`; `step` is its size [s]."""
-    count = equations.count
-    drifted = equations.drifted
-    implicit = equations.implicit
-    tableau = TABLEAUX.get(scheme.integrator)
+    """Returns the step of a `scheme` of STEPPED_SCHEMES on the `equations`; `step` is its size
+    [s]."""
     held_fraction = READ_AT.get(scheme.control)
 
     def acceleration(time: Any, fraction: float, q: StateParts, v: StateParts) -> StateParts:
@@ -58,26 +57,58 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
         read_at = fraction if held_fraction is None else held_fraction
         return equations.acceleration(time + step * read_at, q, v)
 
+    tableau = TABLEAUX.get(scheme.integrator)
+    if tableau is not None:
+        return _explicit_step(tableau, equations.count, acceleration, step)
+    if scheme.position_first:
+        return _position_first_step(equations, acceleration, step)
+    if scheme.integrator == EULER:
+        return _euler_step(equations, acceleration, step)
+    return _leapfrog_step(equations, acceleration, step)
+
+
+def _explicit_step(
+    tableau: Tableau, count: int, acceleration: StageAcceleration, step: Any
+) -> SchemeStep:
+    """Returns the step of an explicit Runge-Kutta method; `count` is the number of rates q'."""
+
     def explicit_step(time: Any, state: StateParts) -> StateParts:
-        """Returns the state after a step of an explicit Runge-Kutta method."""
-        assert tableau is not None
+        """Returns the state after a step."""
 
         def slopes(fraction: float, z: StateParts) -> StateParts:
-            """Returns q' and q'' at a `fraction` of the step."""
+            """Returns q' and q'' in the state z, at a `fraction` of the step."""
             v = z[-count:]
             return [*v, *acceleration(time, fraction, z[:-count], v)]
 
         return tableau.advanced(slopes, state, step)
 
+    return explicit_step
+
+
+def _position_first_step(
+    equations: Equations, acceleration: StageAcceleration, step: Any
+) -> SchemeStep:
+    """Returns the step that moves q with the old rates, then changes the rates."""
+    count = equations.count
+    drifted = equations.drifted
+
     def position_first_step(time: Any, state: StateParts) -> StateParts:
-        """Returns the state after a step that moves q with the old rates, then the rates."""
+        """Returns the state after a step."""
         v = state[-count:]
         q = drifted(state[:-count], v, step)
         return [*q, *advance_parts(v, acceleration(time, 0.0, q, v), step)]
 
+    return position_first_step
+
+
+def _euler_step(equations: Equations, acceleration: StageAcceleration, step: Any) -> SchemeStep:
+    """Returns the step of semi-implicit Euler, with its implicit damping and spring."""
+    count = equations.count
+    drifted = equations.drifted
+    implicit = equations.implicit
+
     def euler_step(time: Any, state: StateParts) -> StateParts:
-        """Returns the state after a step of semi-implicit Euler, with its implicit damping and
-        spring."""
+        """Returns the state after a step."""
         q = state[:-count]
         v = state[-count:]
         push = acceleration(time, 0.0, q, v)
@@ -89,9 +120,20 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
         v = advance_parts(v, push, length)
         return [*drifted(q, v, step), *v]
 
+    return euler_step
+
+
+def _leapfrog_step(
+    equations: Equations, acceleration: StageAcceleration, step: Any
+) -> SchemeStep:
+    """Returns the step of half a kick, a drift, and half a kick by the accelerations after the
+    drift. All damping in the second half kick is implicit."""
+    count = equations.count
+    drifted = equations.drifted
+    implicit = equations.implicit
+
     def leapfrog_step(time: Any, state: StateParts) -> StateParts:
-        """Returns the state after half a kick, a drift, and half a kick by the accelerations after
-        the drift."""
+        """Returns the state after a step."""
         half = step / 2
         q = state[:-count]
         v = state[-count:]
@@ -103,17 +145,12 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
             return [*q, *[x / (1.0 + half * damping) for x in kicked]]
 
         def kick(rates: StateParts) -> StateParts:
-            """Returns the rates after the second half kick, whose accelerations are those at
-            `rates`."""
+            """Returns the rates after the second half kick by the accelerations at `rates`."""
             return advance_parts(v, acceleration(time, 1.0, q, rates), half)
 
         return [*q, *_fixed_point(kick, v)]
 
-    if tableau is not None:
-        return explicit_step
-    if scheme.position_first:
-        return position_first_step
-    return euler_step if scheme.integrator == EULER else leapfrog_step
+    return leapfrog_step
 
 
 def _fixed_point(kick: Callable[[StateParts], StateParts], start: StateParts) -> StateParts:

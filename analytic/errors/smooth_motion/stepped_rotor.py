@@ -213,7 +213,7 @@ def _stepper(
     if scheme.joint_closing_rate is None:
         return scheme_step(scheme, equations, step), start
     closing = scheme.joint_closing_rate
-    (theta, theta_dot) = start
+    theta, theta_dot = start
     weight_only = rotor.conservative and not rotor.cos
     joint = _Joint(
         acceleration=None if weight_only else equations.acceleration,
