@@ -44,7 +44,7 @@ class PointImpact:
     @property
     def ratios(self) -> tuple[float, float]:
         """q during the initial slip, and q after that slip has ended."""
-        (a, b, _) = self.weights
+        a, b, _ = self.weights
         f = self.friction
         after_slip = min(max(-b / a, -f), f)
         if not self.slip:
@@ -63,8 +63,8 @@ class PointImpact:
 
         Before and after the end of slip, v is a linear and its work a quadratic function of P.
         """
-        (a, b, c) = self.weights
-        (q_in_slip, q_after) = self.ratios
+        a, b, c = self.weights
+        q_in_slip, q_after = self.ratios
         v = self.speed
         slip_rate = b + a * q_in_slip
         rate = c + b * q_in_slip

@@ -120,8 +120,8 @@ def load_fractions(capsule: Capsule, centres: Array) -> Array:
     second = arms[..., (1, 2, 0), :]
     third = arms[..., (2, 0, 1), :]
     areas = second[..., 0] * third[..., 1] - second[..., 1] * third[..., 0]
-    (ux, uy) = corners[1] - corners[0]
-    (vx, vy) = corners[2] - corners[0]
+    ux, uy = corners[1] - corners[0]
+    vx, vy = corners[2] - corners[0]
     return np.asarray(areas / (ux * vy - uy * vx))
 
 
@@ -178,8 +178,8 @@ def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -
     rounding errors are added.
     """
     corners = np.asarray(capsule.supports)
-    (ux, uy) = corners[1] - corners[0]
-    (vx, vy) = corners[2] - corners[0]
+    ux, uy = corners[1] - corners[0]
+    vx, vy = corners[2] - corners[0]
     size = float(np.abs(corners).max()) + capsule.mass_ratio * reach
     flatness = size**2 / abs(ux * vy - uy * vx)
     rounded = LOAD_ROUNDINGS * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness)

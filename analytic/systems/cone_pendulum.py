@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -117,6 +118,14 @@ class Equilibrium:
     rate: float
 
 
+class _TiltedPotential(NamedTuple):
+    """A potential of theta: V(theta) = `potential`(theta + `tilt`) + `offset`."""
+
+    potential: TrigonometricPotential
+    tilt: Quad  # [rad]
+    offset: Quad  # [J]
+
+
 @dataclass(frozen=True)
 class ConePendulum:
     """A body on an axis at (pivot_x, pivot_y, pivot_z) [m] of a platform that turns at
@@ -148,10 +157,8 @@ class ConePendulum:
             _ = self.motion  # raises ParameterError for an excess too small to reach theta
 
     @cached_property
-    def _potential_terms(self) -> tuple[TrigonometricPotential, Quad, Quad]:
-        """The potential V of theta as a `TrigonometricPotential` of the angle phi = theta + tilt,
-        the tilt [rad], and a constant [J]: V is the sum of that potential and the constant. The
-        tilt turns to axes in which the product of inertia I_yz is zero."""
+    def _in_principal_axes(self) -> _TiltedPotential:
+        """The potential V of theta, in axes in which the product of inertia I_yz is zero."""
         body = self.body
         rate2 = quad(self.platform_rate) ** 2
         arm = quad(body.mass) * body.com_distance
@@ -159,7 +166,7 @@ class ConePendulum:
         b = arm * self.pivot_y * rate2
         c = arm * self.gravity
         if body.inertia_yz == 0.0 or self.platform_rate == 0.0:
-            return TrigonometricPotential(a, b, c), quad(0.0), quad(0.0)
+            return _TiltedPotential(TrigonometricPotential(a, b, c), quad(0.0), quad(0.0))
         twice_d = quad(body.inertia_yz) * rate2
         sign = -1.0 if a < 0 else 1.0
         principal_a = sign * np.sqrt(a * a + twice_d * twice_d)
@@ -167,7 +174,7 @@ class ConePendulum:
         sine = np.sin(tilt)
         cosine = np.cos(tilt)
         v = TrigonometricPotential(principal_a, b * cosine + c * sine, c * cosine - b * sine)
-        return v, tilt, (principal_a - a) / 2
+        return _TiltedPotential(v, tilt, (principal_a - a) / 2)
 
     @property
     def potential(self) -> TrigonometricPotential:
@@ -177,18 +184,18 @@ class ConePendulum:
         a = (I_y - I_z) omega^2 / 2: the source has I_x in place of I_y, which holds only for a
         symmetric body.
         """
-        return self._potential_terms[0]
+        return self._in_principal_axes.potential
 
     @property
     def tilt(self) -> float:
         """Angle [rad] from theta to the angle in the principal axes, at most pi/4 in magnitude; 0
         without a product of inertia (module docstring)."""
-        return float(double(self._potential_terms[1]))
+        return float(double(self._in_principal_axes.tilt))
 
     @property
     def potential_offset(self) -> float:
         """The constant V(theta) - `potential`(theta + tilt) [J]."""
-        return float(double(self._potential_terms[2]))
+        return float(double(self._in_principal_axes.offset))
 
     @property
     def printed_potential(self) -> TrigonometricPotential:
@@ -224,12 +231,12 @@ class ConePendulum:
         """The exact motion with theta as the observed angle."""
         return replace(self.motion, tilt=self.tilt) if self.tilt else self.motion
 
-    def printed_motion(self, theta_dot: float | None = None) -> PendulumMotion:
-        """Returns the motion that the printed eqs. 9, 15 and 16 describe, with the same start or
-        with another `theta_dot` [rad/s]. Only the paper's figures and the finding about them use
-        it."""
-        speed = self.theta_dot if theta_dot is None else theta_dot
-        return PendulumMotion(self.printed_potential, self.body.inertia_x, self.theta, speed)
+    def printed_motion(self) -> PendulumMotion:
+        """Returns the motion that the printed eqs. 9, 15 and 16 describe, with the same start. Only
+        the paper's figures and the finding about them use it."""
+        return PendulumMotion(
+            self.printed_potential, self.body.inertia_x, self.theta, self.theta_dot
+        )
 
     @property
     def started(self) -> ConePendulum:
@@ -248,14 +255,14 @@ class ConePendulum:
 
     def _equilibrium(self, theta: Quad) -> Equilibrium:
         """Returns the equilibrium at the critical point `theta` [rad] of `potential`."""
-        potential, tilt, offset = self._potential_terms
+        potential, tilt, offset = self._in_principal_axes
         stiffness = abs(float(double(potential.curvature(theta))))
-        kind_there = equilibrium_kind(potential, theta)
-        rate = 0.0 if kind_there == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
+        kind = equilibrium_kind(potential, theta)
+        rate = 0.0 if kind == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
         value = float(double(potential.value(theta) + offset))
         angle = double(theta - tilt)
         angle -= 2 * math.pi * math.ceil(angle / (2 * math.pi) - 0.5)
-        return Equilibrium(float(angle), value, kind_there, rate)
+        return Equilibrium(float(angle), value, kind, rate)
 
     @property
     def printed_barrier(self) -> tuple[float, float]:

@@ -23,7 +23,6 @@ from plumbob.analytic.numerics.smooth.soft_loop import Gaps, loop_force
 from plumbob.analytic.reference import Array
 
 ComponentPair = tuple[Any, Any]
-LinkDerivatives = tuple[Any, Sequence[Any], Sequence[Any]]
 
 
 class CrankLink(NamedTuple):
@@ -36,9 +35,17 @@ class CrankLink(NamedTuple):
     turning: Any = 0.0
 
 
+class LinkDerivatives(NamedTuple):
+    """A link's mass [kg], and the derivatives by the crank's angle of its middle c and of half its
+    vector, d/2: x' and y', or x', y', x'' and y''."""
+
+    mass: Any
+    middle: Sequence[Any]
+    half: Sequence[Any]
+
+
 def _derivatives(links: Sequence[CrankLink], order: int) -> Iterator[LinkDerivatives]:
-    """Yields for each link its mass, and the lists of x' and y' of c and of d/2. If `order` is 2,
-    the lists also hold x'' and y''."""
+    """Yields the derivatives of each link, up to the `order` 1 or 2."""
     end: list[Any] = [0.0] * (2 * order)
     for mass, (x, y), turn, turning in links:
         x = x / 2
@@ -48,15 +55,16 @@ def _derivatives(links: Sequence[CrankLink], order: int) -> Iterator[LinkDerivat
             inward = turn * turn
             half += [-turning * y - inward * x, turning * x - inward * y]
         middle = list(map(add, end, half))
-        yield mass, middle, half
+        yield LinkDerivatives(mass, middle, half)
         end = list(map(add, middle, half))
 
 
 def _sum_products(derivatives: Iterable[LinkDerivatives], order: int) -> Any:
-    """Returns the sum of m (c'.c^(order) + d'.d^(order)/12), with the derivatives of this
-    `order`."""
+    """Returns the sum of m (c'.c^(k) + d'.d^(k)/12) over the links, with k = `order`, the highest
+    order of the `derivatives`."""
 
     def product(parts: Sequence[Any]) -> Any:
+        """Returns the product of the first derivative and the one of the highest order."""
         return parts[0] * parts[2 * order - 2] + parts[1] * parts[2 * order - 1]
 
     return sum(
@@ -67,16 +75,19 @@ def _sum_products(derivatives: Iterable[LinkDerivatives], order: int) -> Any:
 def potential(gravity: float, links: Sequence[CrankLink]) -> Any:
     """Returns the potential energy [J] of `links` under `gravity` [m/s^2]; it is 0 if all are
     level."""
-    end, energy = 0.0, 0.0
-    for mass, (_, rise), *_ in links:
-        energy = energy + gravity * mass * (end + rise / 2)
+    energy: Any = 0.0
+    end: Any = 0.0  # height of the link's beginning
+    for link in links:
+        _, rise = link.vector
+        energy = energy + gravity * link.mass * (end + rise / 2)
         end = end + rise
     return energy
 
 
 def reaction(problem: Any, gaps: Gaps, times: Array) -> Array:
     """Returns the force [N] in the pin that closes a problem's opened chain, along the line and up,
-    at `times` [s], shape (n,): shape (2, n). It is the multiplier of the constraint `gaps`."""
+    at `times` [s], shape (n,): shape (2, n). It is the multiplier of the constraint that closes the
+    `gaps`."""
     states = problem.motion.observe(times)
     forces = []
     for angle, rate in zip(states["angle"], states["angle_dot"], strict=True):
@@ -93,13 +104,16 @@ def crank_motion(
     readings: Callable[[Any, Any, Any], Mapping[str, Any]],
 ) -> CertifiedMotion:
     """Returns the exact motion of a mechanism from a problem's `angle` [rad] and `angular_velocity`
-    [rad/s]. `links` returns the links from the parameters and the crank's angle."""
+    [rad/s]. `constants` are the names of its parameters. `links` returns the links from the
+    parameters and the crank's angle; `readings` returns further observables."""
 
     def inertia(p: Any, q: Any) -> tuple[tuple[Any]]:
+        """Returns J of eq. 1 as a mass matrix [kg m^2]."""
         derivatives = _derivatives(links(p, q[0]), 1)
         return ((_sum_products(derivatives, 1),),)
 
     def moment(p: Any, time: Any, q: Any, v: Any) -> tuple[Any]:
+        """Returns the right-hand side of eq. 1 times J [N m]."""
         derivatives = [*_derivatives(links(p, q[0]), 2)]
         weight = sum(mass * middle[1] for mass, middle, _ in derivatives)
         return (-_sum_products(derivatives, 2) * v[0] ** 2 - p.gravity * weight,)

@@ -61,14 +61,14 @@ class FourBar:
         check_fields(self, FOUR_BAR_CONSTANTS[:-1], FOUR_BAR_CONSTANTS[-1:])
         lengths = [getattr(self, name) for name in FOUR_BAR_LENGTHS]
         crank, coupler, rocker, ground = lengths
-        margin = min(
-            abs(ground - crank) - abs(coupler - rocker), coupler + rocker - ground - crank
-        )
+        folded_margin = abs(ground - crank) - abs(coupler - rocker)
+        stretched_margin = coupler + rocker - ground - crank
+        margin = min(folded_margin, stretched_margin)
         rounding = 4 * ULP * sum(lengths)
         if margin <= rounding:
             need = (
-                "such that the crank turns fully: |ground - crank| > |coupler - rocker|, and \
-                ground + crank < coupler + rocker"
+                "such that the crank turns fully: |ground - crank| > |coupler - rocker|, and "
+                "ground + crank < coupler + rocker"
             )
             if abs(margin) <= rounding:
                 need += (
@@ -161,9 +161,11 @@ class FourBar:
     def lift(self) -> Any:
         """A bound on the links' potential energy [J]; it is 0 with all links on the line of the
         axes."""
-        (crank, coupler, rocker) = self.chain.each("lengths")
-        (first, second, third) = self.chain.each("masses")
-        moment = first * crank + second * (2 * crank + coupler) + third * rocker
+        crank, coupler, rocker = self.chain.each("lengths")
+        crank_mass, coupler_mass, rocker_mass = self.chain.each("masses")
+        moment = (
+            crank_mass * crank + coupler_mass * (2 * crank + coupler) + rocker_mass * rocker
+        )
         return self.gravity * moment / 2
 
     def potential(self, observed: Signals) -> Any:
@@ -176,12 +178,13 @@ def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
     b = p.coupler
     c = p.rocker
     u = (p.crank * cos(t), p.crank * sin(t))
-    # the vector from the crank's end to D
+    # The vector (x, y) from the crank's end to D has the length `line`.
     x = p.ground - u[0]
     y = -u[1]
     square = (p.ground - p.crank) ** 2 + 4 * p.ground * p.crank * sin(t / 2) ** 2
     line = sqrt(square)
-    # parts of V along this vector and across it, the latter by Heron's formula
+    # V has a part along this vector and a part across it, both over `line`. The part across is the
+    # height of the triangle with coupler and rocker, by Heron's formula.
     along = (square + (b - c) * (b + c)) / (2 * square)
     area = (b + c - line) * (b + c + line) * (line + b - c) * (line - b + c)
     across = sqrt(area) / (2 * square)
@@ -200,7 +203,7 @@ def _link_rates(p: Any, t: Any) -> tuple[Any, Any, Any]:
     v_cross_w = _cross(v, w)
     turn = -_cross(u, w) / v_cross_w
     swing = -_cross(u, v) / v_cross_w
-    k = [-i - turn**2 * j + swing**2 * m for i, j, m in zip(u, v, w, strict=True)]
+    k = [-x - turn**2 * y + swing**2 * z for x, y, z in zip(u, v, w, strict=True)]
     turning = -(k[0] * w[0] + k[1] * w[1]) / v_cross_w
     swinging = -(k[0] * v[0] + k[1] * v[1]) / v_cross_w
     return (u, v, w), (turn, swing), (turning, swinging)

@@ -96,8 +96,8 @@ def _moment_across(p: Any) -> Any:
 
 
 def euler_masses(q: Any, around: Any, across: Any, axis: Any) -> tuple[tuple[Any, ...], ...]:
-    """Returns the mass matrix for the rates of Euler's angles `q` [rad]. `around` and `across`
-    replace the moment A of eq. 1 for the precession and for the tilt; `axis` replaces C."""
+    """Returns the mass matrix for the rates of Euler's angles `q` [rad]. The moment A of eq. 1 is
+    `around` for the precession and `across` for the tilt; C is `axis`."""
     cosine = cos(q[1])
     turn = around * sin(q[1]) ** 2 + axis * cosine**2
     return (turn, 0.0, axis * cosine), (0.0, across, 0.0), (axis * cosine, 0.0, axis)

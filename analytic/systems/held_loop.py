@@ -32,7 +32,7 @@ from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.sampled_control import SamplingTimes
 from plumbob.analytic.stability import LoopQuantity
 
-NAMES = "theta", "theta_dot"
+LOOP_OBSERVABLES = ("theta", "theta_dot")
 # Roundings of each parameter in the uncertainty: the factor of a servo whose motor is not held
 LOOP_ROUNDINGS = 12.0
 MOST_PERIODS = 1_000_000  # most samples of a motion, which take some seconds
@@ -82,10 +82,11 @@ class HeldLoop(LinearResponse):
         return np.array([self.stiffness, self.rate_gain])
 
     @cached_property
-    def waiting(self) -> tuple[int, float]:
-        """The whole periods of the delay, and its rest [s], which is at most a period."""
-        whole = math.floor(self.delay / self.hold)
-        return whole, min(max(self.delay - whole * self.hold, 0.0), self.hold)
+    def delay_in_holds(self) -> tuple[int, float]:
+        """The number of whole holds in the delay, and the remaining time [s], at most a hold."""
+        whole_holds = math.floor(self.delay / self.hold)
+        remainder = self.delay - whole_holds * self.hold
+        return whole_holds, min(max(remainder, 0.0), self.hold)
 
     def flows(self, times: Array) -> tuple[Array, Array]:
         """Returns the exact flow of eq. 2 over each of `times` [s], shape (n,): matrices, shape (n,
@@ -111,34 +112,33 @@ class HeldLoop(LinearResponse):
         if last > MOST_PERIODS:
             least = float(times.max()) / MOST_PERIODS
             raise ParameterError("hold", self.hold, f"at least {least:g} s for this duration")
-        _, rest = self.waiting
-        states, torques = self._samples(last)
+        _, switch = self.delay_in_holds  # time after a sample at which the torque changes
+        samples, torques = self._samples(last)
         since = times - numbers * self.hold
-        moved = states[numbers]
-        parts = (
-            (np.clip(since, 0.0, rest), torques[numbers]),
-            (
-                np.maximum(since - rest, 0.0),
-                torques[numbers + 1],
-            ),
-        )
-        for durations, torque in parts:
+        before_switch = np.clip(since, 0.0, switch)
+        after_switch = np.maximum(since - switch, 0.0)
+        states = samples[numbers]
+        for durations, torque in (
+            (before_switch, torques[numbers]),
+            (after_switch, torques[numbers + 1]),
+        ):
             matrices, effects = self.flows(durations)
-            moved = np.einsum("nij,nj->ni", matrices, moved) + effects * torque[:, None]
-        return dict(zip(NAMES, moved.T.copy(), strict=True))
+            states = np.einsum("nij,nj->ni", matrices, states) + effects * torque[:, None]
+        return dict(zip(LOOP_OBSERVABLES, states.T.copy(), strict=True))
 
     def _samples(self, last: int) -> tuple[Array, Array]:
-        """Returns the states at the samples up to the number `last`, shape (last + 1, 2), and their
-        torques after the zeros that act before the first, shape (last + 2 + whole periods of the
-        delay,)."""
-        whole, rest = self.waiting
-        early, late = self.flow(rest), self.flow(self.hold - rest)
+        """Returns the states at the samples up to the number `last`, shape (last + 1, 2), and the
+        torques in the order in which they act, shape (last + 2 + whole holds of the delay,). The
+        torques that act before the first answer are zero."""
+        whole_holds, switch = self.delay_in_holds
+        early = self.flow(switch)
+        late = self.flow(self.hold - switch)
         states = np.zeros((last + 1, 2))
-        torques = np.zeros(last + 2 + whole)
+        torques = np.zeros(last + 2 + whole_holds)
         state = np.array([self.theta, self.theta_dot])
         for k in range(last + 1):
             states[k] = state
-            torques[k + whole + 1] = -self.gains @ state
+            torques[k + whole_holds + 1] = -self.gains @ state
             state = early[0] @ state + early[1] * torques[k]
             state = late[0] @ state + late[1] * torques[k + 1]
         return states, torques
@@ -158,8 +158,10 @@ class HeldLoop(LinearResponse):
 
     def multiplier(self) -> float:
         """Returns the largest magnitude of the eigenvalues of the exact map over a hold."""
-        whole, rest = self.waiting
-        return loop_multiplier(self.flow(rest), self.flow(self.hold - rest), self.gains, whole)
+        whole_holds, switch = self.delay_in_holds
+        early = self.flow(switch)
+        late = self.flow(self.hold - switch)
+        return loop_multiplier(early, late, self.gains, whole_holds)
 
     def limit(self, quantity: LoopQuantity) -> float:
         """Returns the hold [s], the delay [s] or the factor of both gains up to which the loop is
@@ -177,39 +179,41 @@ class HeldLoop(LinearResponse):
         if quantity == "delay":
             return np.linspace(0.0, MOST_DELAY, MOST_DELAY * SCAN_PARTS + 1) * self.hold
         count = round(math.log(SCAN_END) / math.log(SCAN_RATIO))
-        own = self.hold if quantity == "hold" else 1.0
-        return np.asarray(own * SCAN_RATIO ** np.arange(-count, count + 1.0))
+        present = self.hold if quantity == "hold" else 1.0
+        return np.asarray(present * SCAN_RATIO ** np.arange(-count, count + 1.0))
 
 
-def loop_multiplier(early: Flow, late: Flow, gains: Array, whole: int) -> float:
-    """Returns the largest magnitude of the eigenvalues of the map over a hold. Over the `early`
-    flow the torque of `whole` + 1 samples ago acts, over the `late` flow the torque of `whole`
-    samples ago. The `gains` are K and D."""
-    size = 3 + whole
+def loop_multiplier(early: Flow, late: Flow, gains: Array, whole_holds: int) -> float:
+    """Returns the largest magnitude of the eigenvalues of the map over a hold.
+
+    Over the `early` flow the torque of `whole_holds` + 1 samples ago acts, over the `late` flow the
+    torque of `whole_holds` samples ago. The `gains` are K and D.
+    """
+    size = 3 + whole_holds
     # The torques of the last samples follow the state, the newest first.
     matrix = np.zeros((size, size))
     matrix[:2, :2] = late[0] @ early[0]
     matrix[:2, size - 1] = late[0] @ early[1]
-    if whole:
-        matrix[:2, 1 + whole] += late[1]
+    if whole_holds:
+        matrix[:2, 1 + whole_holds] += late[1]
     else:
         matrix[:2, :2] -= np.outer(late[1], gains)
     matrix[2, :2] = -gains
-    matrix[3:, 2 : size - 1] = np.eye(whole)
+    matrix[3:, 2 : size - 1] = np.eye(whole_holds)
     return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
 def first_unstable(stable: Callable[[float], bool], values: Array) -> float:
     """Returns the value at which a loop that is `stable` at some of the increasing `values` ceases
     to be stable; 0 if none is stable, infinite if none after them is unstable."""
-    held: float | None = None
+    last_stable: float | None = None
     for value in values.tolist():
         if stable(value):
-            held = value
-        elif held is not None:
-            last, _ = bisected(stable, held, float(value), _middle)
-            return last
-    return 0.0 if held is None else math.inf
+            last_stable = value
+        elif last_stable is not None:
+            largest_stable, _ = bisected(stable, last_stable, float(value), _middle)
+            return largest_stable
+    return 0.0 if last_stable is None else math.inf
 
 
 def _middle(low: float, high: float) -> float | None:

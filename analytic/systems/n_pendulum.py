@@ -93,8 +93,8 @@ class NPendulum:
         system = self.motion.system
         rods = _rods(system.values, len(self.angles))
         lifts = [
-            length * w * (1 - np.cos(observed[name]))
-            for (_, length, w), name in zip(rods, system.coordinates, strict=True)
+            length * carried * (1 - np.cos(observed[name]))
+            for (_, length, carried), name in zip(rods, system.coordinates, strict=True)
         ]
         return self.gravity * sum(lifts)
 
@@ -102,7 +102,7 @@ class NPendulum:
 def _rods(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
     """Returns m_i, l_i and w_i of each rod."""
     rods = []
-    below = 0.0 * p.gravity
+    below = 0.0 * p.gravity  # mass of the rods below
     for i in range(count, 0, -1):
         mass = getattr(p, f"mass_{i}")
         rods.append((mass, getattr(p, f"length_{i}"), mass / 2 + below))

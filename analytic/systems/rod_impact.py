@@ -21,7 +21,7 @@ from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
 ROD_ROUNDINGS = 16.0  # roundings of each parameter in the uncertainty
-INSTANTS = 2001  # times after the impact at which the heights of the ends are examined
+HEIGHT_SAMPLES = 2001  # times after the impact at which the heights of the ends are examined
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class RodImpact(LinearResponse):
         apex = self.fall + self.impact.impulses[1] / self.mass / self.gravity
         # At the time `latest` the rod would be below the floor.
         latest = 2.0 * apex + math.sqrt(8.0 * self.length / self.gravity)
-        times = np.linspace(self.fall, latest, INSTANTS)
+        times = np.linspace(self.fall, latest, HEIGHT_SAMPLES)
         flight = self._after_impact(times)
         is_above = flight["z"] > self.length / 2.0 * np.abs(np.sin(flight["angle"]))
         return float(times[int(np.argmin(is_above[1:]))])

@@ -14,7 +14,7 @@ while the ball slides does not begin again.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -98,18 +98,19 @@ class RollingBall(LinearResponse):
         u = self.radius * self.spin
         pieces = []
         while True:
-            a, b = self.rates(v, u)
-            pieces.append(BallPiece(time=time, x=x, v=v, u=u, v_rate=a, u_rate=b))
-            slip, slip_rate = v - u, a - b
+            v_rate, u_rate = self.rates(v, u)
+            pieces.append(BallPiece(time=time, x=x, v=v, u=u, v_rate=v_rate, u_rate=u_rate))
+            slip = v - u
+            slip_rate = v_rate - u_rate
             slip_duration = -slip / slip_rate if slip * slip_rate < 0.0 else math.inf
-            spin_duration = -u / b if u * b < 0.0 else math.inf
+            spin_duration = -u / u_rate if u * u_rate < 0.0 else math.inf
             duration = min(slip_duration, spin_duration)
             if math.isinf(duration):
                 return tuple(pieces)
             time = time + duration
-            x = x + duration * (v + duration * a / 2.0)
-            v = v + duration * a
-            u = u + duration * b
+            x = x + duration * (v + duration * v_rate / 2.0)
+            v = v + duration * v_rate
+            u = u + duration * u_rate
             if slip_duration <= spin_duration:
                 v = u = (5.0 * v + 2.0 * u) / 7.0
             else:
@@ -133,13 +134,14 @@ class RollingBall(LinearResponse):
     def observe(self, times: Array) -> Signals:
         """Exact position x [m], speed [m/s] and spin [rad/s] at `times` [s], shape (n,)."""
         starts = np.array([piece.time for piece in self.pieces])
-        rows = np.array([(p.time, p.x, p.v, p.u, p.v_rate, p.u_rate) for p in self.pieces])
-        start, x, v, u, a, b = rows[np.searchsorted(starts, times, "right") - 1].T
+        rows = np.array([astuple(piece) for piece in self.pieces])
+        present = rows[np.searchsorted(starts, times, "right") - 1]
+        start, x, v, u, v_rate, u_rate = present.T
         since = times - start
         return {
-            "x": x + since * (v + since * a / 2.0),
-            "speed": v + since * a,
-            "spin": (u + since * b) / self.radius,
+            "x": x + since * (v + since * v_rate / 2.0),
+            "speed": v + since * v_rate,
+            "spin": (u + since * u_rate) / self.radius,
         }
 
     def uncertainty(self, times: Array) -> Signals:

@@ -36,7 +36,7 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.held_loop import HeldLoop
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
-OBSERVABLES = "theta", "theta_dot"
+SERVO_OBSERVABLES = ("theta", "theta_dot")
 # roundings of each parameter in the uncertainty: 100 random servos need 1/40 of it in the median
 SERVO_ROUNDINGS = 12.0
 
@@ -130,12 +130,13 @@ class Servo(LinearResponse):
         matrix = ((self.started.mass,),)
 
         def torques(p: Any, time: float, q: Any, v: Any) -> tuple[float]:
+            """Returns the torque of motor and damping [N m]."""
             torque = min(max(self.unlimited(*q, *v), -self.limit), self.limit)
             return (torque - self.damping * v[0],)
 
         return SmoothSystem(
-            coordinates=OBSERVABLES[:1],
-            rates=OBSERVABLES[1:],
+            coordinates=SERVO_OBSERVABLES[:1],
+            rates=SERVO_OBSERVABLES[1:],
             mass_matrix=lambda p, q: matrix,
             forces=torques,
             parameters={},
@@ -180,7 +181,7 @@ class Servo(LinearResponse):
             if not later.any():
                 break
             states[:, later] = piece.states(times[later] - piece.begin)
-        return dict(zip(OBSERVABLES, states, strict=True))
+        return dict(zip(SERVO_OBSERVABLES, states, strict=True))
 
     def uncertainty(self, times: Array) -> Signals:
         """Bound on the error of each observable, shape (n,), by the rounding of each parameter."""
@@ -233,8 +234,8 @@ class ServoPiece:
         damping = self.motion.damping_rate
         torque = self.torque(0.0)
         slope = self.slope(0.0)
-        # With T = n F, T' = e^(-damping t/2) (slope c + bend s), c = cos(root t) and
-        # s = sin(root t)/root; if overdamped, these are the hyperbolic functions.
+        # The slope of the torque is e^(-damping t/2) (slope c + bend s), with c = cos(root t) and
+        # s = sin(root t)/root. If the motion is overdamped, c and s are hyperbolic functions.
         bend = -stiffness * torque - damping / 2 * slope
         root = math.sqrt(abs(stiffness - damping**2 / 4))
         time = 0.0
@@ -247,14 +248,14 @@ class ServoPiece:
     @property
     def following(self) -> ServoPiece | None:
         """The next piece; None after the last one."""
-        end = self._limit_left() if self.side else self._limit_reached()
+        end = self._time_of_leaving_limit() if self.side else self._time_of_reaching_limit()
         if end is None:
             return None
         x, v = map(float, self.states(end))
         side = 0.0 if self.side else math.copysign(1.0, self.torque(self.peak))
         return replace(self, begin=self.begin + end, x=x, v=v, side=side)
 
-    def _limit_reached(self) -> float | None:
+    def _time_of_reaching_limit(self) -> float | None:
         """Returns the time since the begin [s] at which |n F| reaches the limit; None if never."""
         side = math.copysign(1.0, self.torque(self.peak))
         excess = partial(self._excess, side)
@@ -262,7 +263,7 @@ class ServoPiece:
             return None
         return _root(excess, 0.0, self.peak) if excess(0.0) < 0.0 else 0.0
 
-    def _limit_left(self) -> float:
+    def _time_of_leaving_limit(self) -> float:
         """Returns the time since the begin [s] at which the unlimited |n F| falls to the limit."""
         excess = partial(self._excess, self.side)
         first = 0.0

@@ -77,10 +77,13 @@ class SliderCrank:
         chain = NPendulum(masses, lengths, self.gravity, angles).motion.system
 
         def matrix(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
+            """Returns the mass matrix of the separate parts."""
             upper, lower = chain.mass_matrix(chain.values, q[:2])
             return (*upper, 0.0), (*lower, 0.0), (0.0, 0.0, p.slider_mass)
 
         def forces(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, ...]:
+            """Returns the generalised forces on the two rods; none acts on the slider along its
+            line."""
             hanging = [angle + math.pi / 2 for angle in q[:2]]
             return (*chain.forces(chain.values, time, hanging, v[:2]), 0.0)
 
@@ -98,9 +101,8 @@ class SliderCrank:
         """Returns the equations of the mechanism with its rod tied to the slider by a soft
         constraint. The time constant of the constraint is at least two engine steps of size `step`
         [s]."""
-        inverse_matrix = np.linalg.inv(self.open_chain.mass_matrix(self, (0.0, 0.0, 0.0)))[
-            :2, :2
-        ]
+        mass_matrix = self.open_chain.mass_matrix(self, (0.0, 0.0, 0.0))
+        inverse_matrix = np.linalg.inv(mass_matrix)[:2, :2]
         # arms [m] of the rod's centre in the stretched chain
         lever = np.array([self.crank, self.rod / 2])
         # The inverse mass is a mean over three directions; the stretched chain moves in one.

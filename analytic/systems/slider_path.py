@@ -57,9 +57,9 @@ class StraightPiece:
 
     def track(self) -> CapsulePath:
         """Returns the corners of the part of the line that the piece covers."""
-        x, y = self.kinematics(_turning_times(self.speed, self.acceleration, self.duration))[
-            0
-        ].T
+        times = _turning_times(self.speed, self.acceleration, self.duration)
+        corners, _, _ = self.kinematics(times)
+        x, y = corners.T
         return tuple(zip(x.tolist(), y.tolist(), strict=True))
 
 
@@ -127,7 +127,9 @@ class SliderPath:
     @property
     def end(self) -> PlanePoint:
         """The place where the slider stops, relative to C [m]."""
-        x, y = self.pieces[-1].kinematics(np.array([self.pieces[-1].duration]))[0][0]
+        last = self.pieces[-1]
+        places, _, _ = last.kinematics(np.array([last.duration]))
+        x, y = places[0]
         return float(x), float(y)
 
     def kinematics(self, times: Array) -> Kinematics:
@@ -205,6 +207,7 @@ def straight(
     [m/s^2], one for each of `durations` [s]. Raises ParameterError."""
 
     def piece(duration: float, position: float, speed: float, acceleration: float) -> Piece:
+        """Returns a straight piece on the line."""
         return StraightPiece(duration, start, direction, position, speed, acceleration)
 
     return _path_from_rest(piece, 0.0, accelerations, durations)
@@ -220,6 +223,7 @@ def arc(
     first_angle = finite("start", start)
 
     def piece(duration: float, angle: float, rate: float, acceleration: float) -> Piece:
+        """Returns a piece on the circle."""
         return ArcPiece(duration, radius, angle, rate, acceleration)
 
     return _path_from_rest(piece, first_angle, accelerations, durations)

@@ -7,7 +7,7 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.sequential_impulse import (
     MOST_ITERATIONS,
-    TARGET,
+    TARGET_RESIDUAL,
     feet_factor,
     iterations_needed,
 )
@@ -39,7 +39,7 @@ def test_solver_iterations():
     assert left == sorted(left)
     assert 1 - left[-1] == pytest.approx((1 - left[-2]) / 100, rel=0.05)
     count = iterations_needed(left[0], 1)
-    assert left[0] ** count <= TARGET < left[0] ** (count - 1)
+    assert left[0] ** count <= TARGET_RESIDUAL < left[0] ** (count - 1)
     assert iterations_needed(left[0], 500) == 500
     assert iterations_needed(left[-1], 1) == iterations_needed(1.0, 1) == MOST_ITERATIONS
     assert iterations_needed(0.0, 1) == 1

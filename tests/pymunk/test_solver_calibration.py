@@ -7,7 +7,7 @@ import pytest
 from plumbob.analytic.errors.contact_models.model_error import sample_motion
 from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import (
     RESIDUAL_FRACTION,
-    USED_UP,
+    STALLING_SPARE_FRICTION,
     solver_demand,
 )
 from plumbob.engines.adapters.pymunk.capsule import described
@@ -63,13 +63,14 @@ def test_forces_change_at_once_as_often_as_the_motion_says(name, changes):
 
 @pytest.mark.parametrize("iterations", [100, 200])
 def test_friction_reserve_at_which_iterations_stall(iterations):
-    """With a friction reserve of USED_UP, and with half of it, the bound of one sticking foot
-    holds; with a twentieth it does not."""
+    """With a friction reserve of STALLING_SPARE_FRICTION, and with half of it, the bound of one
+    sticking foot holds; with a twentieth it does not."""
     line = system_of(scene("capsule-line/w2-threshold")).problem(
         scene("capsule-line/w2-threshold").parameters
     )
     holding = line.motion.capsule.holding_acceleration
-    for spare, within in ((USED_UP, True), (USED_UP / 2, True), (USED_UP / 20, False)):
+    for part, within in ((1.0, True), (0.5, True), (0.05, False)):
+        spare = part * STALLING_SPARE_FRICTION
         left, one_foot = residual(
             "capsule-line/w2-threshold", 1e-3, iterations, w2=holding * (1.0 - spare)
         )

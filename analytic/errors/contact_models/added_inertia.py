@@ -68,37 +68,40 @@ def drive_error(
         rtol=INTEGRATION_TOLERANCE,
         atol=INTEGRATION_TOLERANCE,
     )
-    theta, rate, u = solution.y / inertia
+    theta, theta_dot, u = solution.y / inertia
     return PlatformError(
-        theta.imag / IMAGINARY_INVERSE_INERTIA, rate.imag / IMAGINARY_INVERSE_INERTIA, u.real
+        theta=theta.imag / IMAGINARY_INVERSE_INERTIA,
+        theta_dot=theta_dot.imag / IMAGINARY_INVERSE_INERTIA,
+        platform_rate=u.real,
     )
 
 
 def _equations(
     pendulum: ConePendulum, drive_rate: float
 ) -> Callable[[float, Any], Sequence[Any]]:
-    """Returns the rates of theta, theta_dot and u as a function of time and these three (module
-    docstring), for an imaginary 1/A of IMAGINARY_INVERSE_INERTIA."""
+    """Returns the function from time and (theta, theta', u) to the rates of these three (module
+    docstring). 1/A is imaginary, of the size IMAGINARY_INVERSE_INERTIA."""
     body = pendulum.body
     moment = body.mass * body.com_distance
 
     def slopes(time: float, state: Any) -> Sequence[Any]:
-        theta, rate, u = state
+        """Returns theta', theta'' and u'. Here `coupling` is K and `inertia_slope` is dJ/dtheta."""
+        theta, theta_dot, u = state
         sine = np.sin(theta)
         cosine = np.cos(theta)
-        w = pendulum.platform_rate + 1j * IMAGINARY_INVERSE_INERTIA * u
+        platform_rate = pendulum.platform_rate + 1j * IMAGINARY_INVERSE_INERTIA * u
         coupling = moment * pendulum.pivot_x * cosine
-        j_slope = moment * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine
-        j_slope *= 2.0 * cosine
-        j_slope += 2.0 * body.inertia_yz * np.cos(2.0 * theta)
-        ideal = (j_slope * w**2 / 2 - moment * pendulum.gravity * sine) / body.inertia_x
-        reaction = moment * pendulum.pivot_x * sine * rate**2 - coupling * ideal
-        u_rate = reaction - drive_rate * u - j_slope * rate * w
-        return [
-            rate,
-            ideal - 1j * IMAGINARY_INVERSE_INERTIA * coupling * u_rate / body.inertia_x,
-            u_rate,
-        ]
+        inertia_slope = moment * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine
+        inertia_slope *= 2.0 * cosine
+        inertia_slope += 2.0 * body.inertia_yz * np.cos(2.0 * theta)
+        weight = moment * pendulum.gravity * sine
+        ideal_acceleration = (inertia_slope * platform_rate**2 / 2 - weight) / body.inertia_x
+        reaction = (
+            moment * pendulum.pivot_x * sine * theta_dot**2 - coupling * ideal_acceleration
+        )
+        u_rate = reaction - drive_rate * u - inertia_slope * theta_dot * platform_rate
+        deviation = 1j * IMAGINARY_INVERSE_INERTIA * coupling * u_rate / body.inertia_x
+        return [theta_dot, ideal_acceleration - deviation, u_rate]
 
     return slopes
 
@@ -109,8 +112,8 @@ def platform_error(
 ) -> tuple[float, float]:
     """Returns the largest errors of theta [rad] and theta_dot [rad/s] within `duration` [s].
 
-    They are the errors of a platform without a drive whose moment of inertia is `armature`
-    [kg m^2] in place of infinity.
+    They are the errors of a platform without a drive. Its moment of inertia is `armature` [kg m^2];
+    that of the ideal platform is infinite.
     """
     error = drive_error(pendulum, np.linspace(0.0, duration, ERROR_SAMPLES), armature, 0.0)
     return float(np.abs(error.theta).max()), float(np.abs(error.theta_dot).max())
@@ -120,9 +123,9 @@ def platform_error(
 def bob_error(problem: Any, duration: float, moment_ratio: float) -> Mapping[str, float]:
     """Returns bounds on the errors of a SimplePendulum whose bob is no point: {observable: bound}.
 
-    The bob's moment of inertia is `moment_ratio` times m l^2. Its effect over `duration` [s] is at
-    most the effect of changing every parameter by the same relative amount. That effect is scaled
-    up from the uncertainty, which is the effect of rounding every parameter.
+    The bob's moment of inertia about its centre is `moment_ratio` times m l^2. Its effect over
+    `duration` [s] is at most the effect of a relative change of every parameter by `moment_ratio`.
+    The uncertainty is the effect of rounding every parameter: it is scaled up to that change.
     """
     doubts = problem.motion.uncertainty(np.linspace(0.0, duration, ERROR_SAMPLES // 10))
     roundings = moment_ratio / (2 * ROUNDOFF)

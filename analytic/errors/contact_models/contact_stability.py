@@ -37,8 +37,8 @@ class ContactSpring:
 def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) -> float:
     """Returns the step [s] below which a mode of a body on its contacts is stable (eq. 9.2).
 
-    `ratio` is the squared ratio of the mode's frequency to the frequency of one contact. If no
-    theory covers the scheme, the step is infinite.
+    `ratio` is the squared ratio of the mode's frequency to the frequency of one contact `spring`.
+    If no theory covers the scheme, the step is infinite.
     """
     fraction = ratio / (ratio + spring.regularisation)
     damping = fraction * spring.damping
@@ -50,6 +50,7 @@ def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) ->
         return math.inf
 
     def matrices(steps: Array) -> Array:
+        """Returns the matrix of one step of each size in `steps` [s], shape (n, 2, 2)."""
         return jacobians(*many_steps(rotor, (0.0, 0.0), scheme, steps), len(steps))
 
     return largest_step(matrices, np.roots([1.0, damping, stiffness]).astype(complex))
@@ -63,14 +64,16 @@ def largest_ratio(frequency_step: float, damping_ratio: float, scheme: Scheme) -
     """
     if scheme.integrator == EULER and not scheme.implicit_damping:
         return 4.0 / (frequency_step**2 + 4.0 * damping_ratio * frequency_step)
+    # Time is measured in steps, so that the step is 1.
     spring = ContactSpring(frequency_step**2, 2.0 * damping_ratio * frequency_step)
 
-    def margin(logarithm: float) -> float:
-        ratio = math.exp(logarithm)
+    def log_stable_step(log_ratio: float) -> float:
+        """Returns the logarithm of a mode's largest stable step: negative if 1 is unstable."""
+        ratio = math.exp(log_ratio)
         mode = ContactSpring(ratio * spring.stiffness, ratio * spring.damping)
         return math.log(largest_contact_step(1.0, mode, scheme))
 
-    low, high = map(math.log, FREQUENCY_RATIOS)
-    if margin(high) > 0.0:
+    lowest, highest = map(math.log, FREQUENCY_RATIOS)
+    if log_stable_step(highest) > 0.0:
         return math.inf
-    return math.exp(float(brentq(margin, low, high, xtol=1e-9)))
+    return math.exp(float(brentq(log_stable_step, lowest, highest, xtol=1e-9)))

@@ -21,7 +21,8 @@ ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
 SPRING_PHASE_PER_STEP = 0.4  # angular frequency of the spring times the step
 CONTACT_DAMPING_RATIO = 0.3  # damping ratio of the contact
 MODEL_FRICTION = 1.0  # coefficient of friction in the models
-YIELDS = 9.999e-6  # softness of friction over the inverse mass, by impedance and impratio
+# softness of friction over the inverse mass, which follows from MuJoCo's impedance and impratio
+FRICTION_SOFTNESS = 9.999e-6
 # Multiple of the input uncertainty that rounding in steps may reach. Calibrated: half of it is used
 # (test_rolling_disc.py).
 DISC_ROUNDING_FACTOR = 20.0
@@ -29,8 +30,8 @@ DISC_ROUNDING_FACTOR = 20.0
 
 def rotation_axes(angles: Array) -> Array:
     """Returns the axes of the precession, the tilt and the spin as columns, shape (3, 3)."""
-    (cos_precession, cos_tilt) = np.cos(angles[:2])
-    (sin_precession, sin_tilt) = np.sin(angles[:2])
+    cos_precession, cos_tilt = np.cos(angles[:2])
+    sin_precession, sin_tilt = np.sin(angles[:2])
     precession = [0.0, 0.0, 1.0]
     tilt = [cos_precession, sin_precession, 0.0]
     spin = [sin_precession * sin_tilt, -cos_precession * sin_tilt, cos_tilt]
@@ -51,12 +52,12 @@ def contact_jacobian(disc: RollingDisc, angles: Array, depth: float = 0.0) -> Ar
 def stepped_states(disc: RollingDisc, step: float, marks: Array) -> Array:
     """Returns angles and their rates after the numbers of steps `marks`, shape (6, n).
 
-    The disc has unit mass. `step` is in [s]. If the disc slips, the result is empty, shape (6, 0).
+    The disc has unit mass. `step` is in [s]. At the start the contact carries the disc's weight. If
+    the disc slips, the result is empty, shape (6, 0).
     """
     start = disc.motion.system.start
-    height = (
-        disc.radius * np.sin(disc.tilt) - disc.gravity / (SPRING_PHASE_PER_STEP / step) ** 2
-    )
+    static_depth = disc.gravity / (SPRING_PHASE_PER_STEP / step) ** 2
+    height = disc.radius * np.sin(disc.tilt) - static_depth
     position = np.array([0, 0, height, *start[:3]])
     centre_velocity = -contact_jacobian(disc, start[:3])[:, 3:] @ start[3:]
     rates = np.array([*centre_velocity, *start[3:]])
@@ -81,28 +82,35 @@ def _rates_after_contact(
     """
     square = disc.radius**2
     angles = position[3:]
-    lowest = position[2] - disc.radius * np.sin(angles[1])
-    contact = contact_jacobian(disc, angles, lowest / 2.0)
+    lowest = position[2] - disc.radius * np.sin(angles[1])  # height of the disc's lowest point
+    contact = contact_jacobian(disc, angles, lowest / 2.0)  # halfway from there to the plane
     tangents = contact[:2]
     mobility = np.eye(6)
     mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
-    spring = (SPRING_PHASE_PER_STEP / step) ** 2
-    damper = 2.0 * CONTACT_DAMPING_RATIO * SPRING_PHASE_PER_STEP / step
-    normal_impulse = max(0.0, -spring * lowest - damper * (contact @ rates)[2]) * step
+    normal_impulse = _normal_force(step, lowest, (contact @ rates)[2]) * step
     torques = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
     free_impulses = np.array([0.0, 0.0, -disc.gravity * step, *torques])
     rates = rates + mobility @ (free_impulses + contact[2] * normal_impulse)
-    inverse_mass = tangents @ mobility @ tangents.T + YIELDS * np.eye(2)
+    inverse_mass = tangents @ mobility @ tangents.T + FRICTION_SOFTNESS * np.eye(2)
     friction_impulse = np.linalg.solve(inverse_mass, -tangents @ rates)
     if not np.hypot(*friction_impulse) <= MODEL_FRICTION * normal_impulse:
         return None
     return np.asarray(rates + mobility @ tangents.T @ friction_impulse)
 
 
+def _normal_force(step: float, height: float, speed: float) -> float:
+    """Returns the force [N] of spring and damper on a disc of 1 kg whose lowest point has the
+    `height` [m], and whose contact point has the `speed` [m/s] upwards."""
+    spring = (SPRING_PHASE_PER_STEP / step) ** 2
+    damper = 2.0 * CONTACT_DAMPING_RATIO * SPRING_PHASE_PER_STEP / step
+    return max(0.0, -spring * height - damper * speed)
+
+
 def disc_errors(disc: RollingDisc) -> StepErrors:
     """Returns the errors of steps on a disc; empty for schemes and contacts unknown here."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        """Returns the errors at `times` [s] and their uncertainty by rounding."""
         if scheme.contact is None:
             return smooth_errors(disc.motion).at_step(scheme, step, times)
         if scheme.contact != ROLLS or scheme.integrator != EULER:

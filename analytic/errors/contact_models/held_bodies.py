@@ -24,14 +24,16 @@ from plumbob.analytic.systems.pinch import Pinch
 from plumbob.analytic.systems.stack import Stack
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
-FACE_CORNERS = 4  # corners of a face, which carry equal loads because the face does not turn
-DEEPEST = 0.4  # chosen: largest depth over the edge; beyond 0.5 contacts push the cube through
+FACE_CORNERS = 4  # corners of a face; they carry equal loads because the face does not turn
+# Chosen: largest depth over the edge. From 0.5 on, contacts push the cube through.
+LARGEST_RELATIVE_DEPTH = 0.4
 FINGERS = 2
 FINGERTIP_RADIUS = 0.2  # chosen: radius of a fingertip over the cube's edge
 
 
 def corners(stack: Stack) -> list[HeldContact]:
-    """Returns one corner contact of each cube's lower face, from the lowest cube to the top."""
+    """Returns one corner contact of each cube's lower face, from the lowest cube to the top. The
+    `weight` of a contact is the sum of the inverse masses of the two bodies that touch."""
     inverse_masses_below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
     weights = inverse_masses_below + 1.0 / stack.masses
     masses = stack.masses / FACE_CORNERS
@@ -50,11 +52,13 @@ def stack_errors(stack: Stack) -> StepErrors:
     """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        """Returns the error of the top cube's height: all depths together, downwards."""
         zeros = np.zeros(len(times))
         if scheme.contact is None:
             return {"top": zeros} if scheme.integrator == EULER else {}
         depths = [contact.depth(scheme.contact, step) for contact in corners(stack)]
-        if scheme.integrator not in SOFT_FRICTION_SCHEMES or max(depths) > DEEPEST * stack.size:
+        too_deep = max(depths) > LARGEST_RELATIVE_DEPTH * stack.size
+        if scheme.integrator not in SOFT_FRICTION_SCHEMES or too_deep:
             return {}
         deflections = {"top": zeros - sum(depths)}
         return SteppedErrors(deflections, stack.uncertainty(times), lasting=deflections)
@@ -83,6 +87,7 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
     """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        """Returns the errors of the slip along the load and of its speed."""
         contact = fingertip(pinch)
         exact = pinch.observe(times)  # zeros: the body does not move
         if scheme.contact is None:
@@ -91,7 +96,8 @@ def pinch_errors(pinch: Pinch) -> StepErrors:
         too_deep = contact.depth(scheme.contact, step) > FINGERTIP_RADIUS * pinch.size
         if too_deep or not len(drift):
             return {}
-        if drift[0].max() > pinch.size / 2.0:  # the fingertip leaves the face
+        fingertip_leaves_face = drift[0].max() > pinch.size / 2.0
+        if fingertip_leaves_face:
             return {}
         drifts = dict(zip(exact, drift, strict=True))
         return SteppedErrors(drifts, pinch.uncertainty(times), lasting=drifts)
@@ -120,6 +126,8 @@ def incline_errors(cube: Incline) -> StepErrors:
     """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        """Returns the errors of place and speed: of a slide in steps, or the drift of a held
+        cube."""
         exact = cube.observe(times)
         marks = whole_steps(times, step)
         if scheme.contact is None and scheme.integrator == EULER:

@@ -38,7 +38,8 @@ SMALLEST_RESTITUTION = 0.01
 PENETRATION_LEFT = 0.899999976158142**60
 SOLVER_ITERATIONS = 50  # solver iterations of pymunk for the two impulses of an impact
 ALLOWED_PENETRATION = 1e-4  # penetration over the initial height that pymunk leaves
-NEARBY = 2.0 * ULP  # relative change of the inputs that changes a run as much as rounding
+# relative change of the inputs that changes a run as much as the rounding of its steps does
+ROUNDING_AS_CHANGE = 2.0 * ULP
 
 
 def damping_ratio(restitution: float) -> float:
@@ -136,6 +137,7 @@ def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[in
     impact = soft_impact(ball.restitution, step)
 
     def acceleration(time: float, z: StateParts, speed: StateParts) -> StateParts:
+        """Returns the ball's acceleration [m/s^2]."""
         return (impact.acceleration(ball.gravity, *z, *speed),)
 
     advance = scheme_step(scheme, Equations(acceleration, 1), step)
@@ -145,13 +147,14 @@ def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[in
 def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     """Returns heights z [m] after the numbers of steps `marks`, with pymunk's contact.
 
-    If the ball has moved below the floor, the contact reverses the speed before gravity, and a
-    second velocity closes the penetration but for a slop.
+    If the ball has moved below the floor, the contact reverses its speed, before gravity acts. A
+    second velocity reduces the penetration down to the allowed one, `slop`.
     """
     closed_fraction = 1.0 - PENETRATION_LEFT**step
     slop = ALLOWED_PENETRATION * ball.height
 
     def advance(time: float, state: StateParts) -> StateParts:
+        """Returns height, speed and closing speed after a step."""
         z, speed, closing_speed = state
         z += step * (speed + closing_speed)
         rebound = -ball.restitution * speed if z < 0.0 else -math.inf
@@ -172,26 +175,28 @@ def bouncing_errors(ball: BouncingBall) -> StepErrors:
     """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        """Returns the error of the height, its uncertainty, and the penetration that pymunk
+        leaves."""
         marks = whole_steps(times, step).tolist()
         if scheme.integrator not in (EULER, *TABLEAUX):
             return {}
 
         def heights(ball: BouncingBall) -> Array:
+            """Returns the stepped heights [m] of a ball."""
             if scheme.position_first:
                 return hard_heights(ball, step, marks)
             return soft_heights(ball, scheme, step, marks)
 
-        # The uncertainty by rounding is found from balls with a nearby height and gravity.
-        rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPACT_IMPEDANCE)
+        rounding = ROUNDING_AS_CHANGE
+        if not scheme.position_first:
+            rounding = ROUNDING_AS_CHANGE / (1.0 - IMPACT_IMPEDANCE)
+        penetration = ALLOWED_PENETRATION * ball.height if scheme.position_first else 0.0
         z = heights(ball)
         doubt = np.full(len(z), rounding * ball.height)
         for name in ("height", "gravity"):
             neighbour = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
             doubt += np.abs(heights(neighbour) - z)
         error = z - ball.observe(times)["z"]
-        lasting_error = np.full(
-            len(z), ALLOWED_PENETRATION * ball.height if scheme.position_first else 0.0
-        )
-        return SteppedErrors({"z": error}, {"z": doubt}, {"z": lasting_error})
+        return SteppedErrors({"z": error}, {"z": doubt}, {"z": np.full(len(z), penetration)})
 
     return StepErrors(error)

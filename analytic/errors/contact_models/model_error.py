@@ -26,7 +26,7 @@ ObservableErrors = Mapping[str, Mapping[str, float]]
 """{observable: {reason: absolute bound}}, SI units."""
 
 SAMPLES_PER_PIECE = 33  # samples in each smooth piece of the slider's motion
-LATE = 257  # samples after the last piece, where only friction acts
+SAMPLES_AFTER_PIECES = 257  # samples after the last piece, where only friction acts
 SHORTEST_PIECE = 1e-9  # fraction of the motion: a shorter piece is an artefact of rounding
 STICKING_SLIP = 1e-9  # fraction of the largest slip below which a support sticks
 
@@ -128,17 +128,19 @@ class SampledMotion:
     def bounds(self, error: BodyError, step: float, loads: Sequence[float] = ()) -> Bounds:
         """Returns the bound on every observable from an `error` of the body, for a `step` [s].
 
-        C is the body's reference point. An error of the heading turns C about the combined centre
-        of mass and changes the direction of C's path. Friction stops an error of the velocity
-        within a step. `loads` are further bounds on the N_i [N]."""
+        `loads` are further bounds on the errors of the N_i [N]; empty for none. The reference point
+        of the body is C, but the body turns about the combined centre of mass: an error of the
+        heading moves C as well, and changes the direction of C's path. An error of the velocity,
+        which friction stops within a step, is an error of the friction force.
+        """
         capsule = self.capsule
         mu = capsule.mass_ratio
-        arm = mu * self.place
-        reach = float(np.abs(arm).max())
+        arm = mu * self.place  # combined centre of mass from C
+        longest_arm = float(np.abs(arm).max())
+        largest_offset = float(np.abs((arm * np.exp(-1j * self.line)).imag).max())
         fastest = float(np.abs(self.velocity).max())
-        place = error.place + error.angle * (reach + self.path_length)
-        speed = error.speed + error.rate * reach + error.angle * fastest
-        aside = float(np.abs((arm * np.exp(-1j * self.line)).imag).max())
+        place = error.place + error.angle * (longest_arm + self.path_length)
+        speed = error.speed + error.rate * longest_arm + error.angle * fastest
         normal_forces = np.zeros(3) + error.slider_place * steepest_load(capsule)
         if len(loads):
             normal_forces += loads
@@ -147,8 +149,8 @@ class SampledMotion:
         return {
             **dict.fromkeys(("x", "y", "sideways"), place),
             **dict.fromkeys(("velocity_x", "velocity_y"), speed),
-            "displacement": error.place + error.angle * aside,
-            "velocity": error.speed + error.rate * aside,
+            "displacement": error.place + error.angle * largest_offset,
+            "velocity": error.speed + error.rate * largest_offset,
             **dict.fromkeys(("heading", "body_angle"), error.angle),
             "heading_rate": error.rate,
             "stroke": error.slider_place,
@@ -192,11 +194,11 @@ def sample_motion(problem: CapsuleProblem, duration: float) -> SampledMotion:
 
 
 def _sample_times(path: SliderPath, end: float) -> Array:
-    """Returns times up to `end` [s], shape (n,): SAMPLES_PER_PIECE in each piece of the path, LATE
-    after the last piece."""
+    """Returns times up to `end` [s], shape (n,): SAMPLES_PER_PIECE in each piece of the path, then
+    SAMPLES_AFTER_PIECES."""
     edges = np.unique(np.append(np.clip(path.breakpoints, 0.0, end), [0.0, end]))
     edges = edges[np.append(np.diff(edges) > SHORTEST_PIECE * end, True)]
-    counts = [SAMPLES_PER_PIECE] * (len(edges) - 2) + [LATE]
+    counts = [SAMPLES_PER_PIECE] * (len(edges) - 2) + [SAMPLES_AFTER_PIECES]
     pieces = []
     for (begin, until), count in zip(pairwise(edges.tolist()), counts, strict=True):
         pieces.append(np.linspace(begin, until, count, endpoint=False))

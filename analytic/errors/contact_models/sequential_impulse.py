@@ -21,7 +21,7 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 
-TARGET = 1e-5  # chosen: residual fraction of a velocity at the end of a step
+TARGET_RESIDUAL = 1e-5  # chosen: residual fraction of a velocity at the end of a step
 MOST_ITERATIONS = 5000  # chosen: iterations in a step, which take half a millisecond
 UNREDUCED_FACTOR = 1.0 - 1e-9  # convergence factor above which a velocity is not reduced at all
 # calibrated: roundings from a position to a velocity (THEORY.md, section 10)
@@ -75,14 +75,14 @@ def _iteration_matrix(masses: Sequence[float], joints: Sequence[Array]) -> Array
 
 
 def iterations_needed(factor: float, least: int) -> int:
-    """Returns the number of iterations that reduce a velocity to the fraction TARGET.
+    """Returns the number of iterations that reduce a velocity to the fraction TARGET_RESIDUAL.
 
     Each iteration leaves the fraction `factor`. The result is at least `least`, and at most
     MOST_ITERATIONS unless `least` is larger.
     """
-    if factor >= TARGET ** (1.0 / MOST_ITERATIONS):
+    if factor >= TARGET_RESIDUAL ** (1.0 / MOST_ITERATIONS):
         return max(least, MOST_ITERATIONS)
-    needed = math.log(TARGET) / math.log(max(factor, TARGET))
+    needed = math.log(TARGET_RESIDUAL) / math.log(max(factor, TARGET_RESIDUAL))
     return max(least, math.ceil(needed))
 
 
@@ -123,22 +123,23 @@ def slipping_feet_factor(capsule: Capsule, foot_mass: float, sticking: int) -> f
 def pivots_factor(capsule: Capsule, slider: Array) -> float:
     """Returns the convergence factor of a body on three friction joints, in its slowest state.
 
-    The slider is pinned at `slider` from C [m], shape (2,). Each joint is in one of three states:
-    it sticks; or its force is at the limit and turns, so that it stops only motion across its arm;
-    or its force is practically fixed. Velocities that no joint stops are left out.
+    The slider is pinned at `slider` from C [m], shape (2,). Each joint is in one of three states.
+    It sticks; or its force is at the limit and turns, so that it stops only motion across its arm;
+    or its force is practically fixed. All combinations are tried. Velocities that no joint stops
+    are left out.
     """
-    states = []
+    states_of_supports = []
     for support in capsule.supports:
         sticking = _pin_jacobian(5, np.asarray(support))
-        support_states = [[sticking], []]
+        states = [[sticking], []]
         if any(support):
-            support_states.append([np.asarray([support]) @ sticking])
-        states.append(support_states)
+            states.append([np.asarray([support]) @ sticking])
+        states_of_supports.append(states)
     masses = [*[capsule.body_mass] * 2, capsule.inertia, *[capsule.slider_mass] * 2]
     slider_pin = _pin_jacobian(5, np.asarray(slider), 3)
     slowest = 0.0
-    for state in itertools.product(*states):
-        joints = [slider_pin, *itertools.chain(*state)]
+    for states_together in itertools.product(*states_of_supports):
+        joints = [slider_pin, *itertools.chain(*states_together)]
         factors = np.abs(np.linalg.eigvals(_iteration_matrix(masses, joints)))
         slowest = max(slowest, float(factors[factors < UNREDUCED_FACTOR].max(initial=0.0)))
     return slowest
@@ -152,26 +153,26 @@ def contacts_factor(
     The body has the `moment` of inertia [kg m^2]. The contacts are at `reach` along the line, the
     slider at `slider`, all from C [m].
     """
-    rows: list[Array] = []
+    contact_rows: list[Array] = []
     for place in reach:
         contact = _pin_jacobian(5, np.array([place, 0.0]))
-        rows += [contact[1:], contact[:1]]
+        contact_rows += [contact[1:], contact[:1]]  # the normal is solved before friction
     masses = [capsule.body_mass] * 2 + [moment] + [capsule.slider_mass] * 2
     slider_pin = _pin_jacobian(5, np.array([slider, 0.0]), 3)
-    return convergence_factor(masses, [*rows, slider_pin])
+    return convergence_factor(masses, [*contact_rows, slider_pin])
 
 
-def _pin_jacobian(count: int, arm: Array, other: int | None = None) -> Array:
+def _pin_jacobian(count: int, arm: Array, other_index: int | None = None) -> Array:
     """Returns the Jacobian of a pin on a body, shape (2, count).
 
     It gives the body's velocity at `arm` from its centre of mass [m], less the velocity of the
     ground or of another part. The body's velocities are the first three of `count`. The other part
-    does not turn: its two velocities begin at the index `other`; None stands for the ground.
+    does not turn: its two velocities begin at the index `other_index`; None stands for the ground.
     """
     rows = np.zeros((2, count))
     rows[:, :3] = [[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]]]
-    if other is not None:
-        rows[:, other : other + 2] = -np.eye(2)
+    if other_index is not None:
+        rows[:, other_index : other_index + 2] = -np.eye(2)
     return rows
 
 

@@ -44,7 +44,8 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
-USED_UP = 0.02  # calibrated: spare fraction of the friction limit below which iterations stall
+# calibrated: spare fraction of the friction limit below which iterations stall
+STALLING_SPARE_FRICTION = 0.02
 # calibrated: fraction of a velocity that the iterations leave; 7e-3 with 50 iterations
 RESIDUAL_FRACTION = 1e-2
 # Friction that changes by more than this fraction of its limit between samples has jumped. In each
@@ -89,16 +90,24 @@ def model_error(
 
 
 def solver_demand(problem: CapsuleProblem, motion: SampledMotion) -> SolverDemand:
-    """Returns the demand of a motion on the solver."""
+    """Returns the demand of a motion on the solver.
+
+    If the motion has no closed form, each event and each switch of the slider is a sudden change
+    of friction, by its limit at most. Otherwise the sudden changes are the jumps between samples,
+    and the start if the body slides then.
+    """
     capsule = motion.capsule
     limit = _friction_limit(problem)
     pushes = capsule.mass_ratio * np.abs(motion.push)
     if not motion.formula:
         single = problem.motion.single
         switches = np.clip(single.path.breakpoints, 0.0, None)
-        changes = motion.count * (len(single.events) + switches.size)
-        sliding = motion.count * _sliding_time(single, switches)
-        return SolverDemand(changes, limit, push=float(pushes.max()), sliding=sliding)
+        return SolverDemand(
+            changes=motion.count * (len(single.events) + switches.size),
+            jump=limit,
+            push=float(pushes.max()),
+            sliding=motion.count * _sliding_time(single, switches),
+        )
     # The first sample is left out: a body that starts from rest slips from the second sample on.
     jumps = np.abs(np.diff(motion.traction[:, 1:])).max(axis=0) * problem.setup.press
     sudden = int(np.count_nonzero(jumps > FRICTION_JUMP * limit))
@@ -122,16 +131,18 @@ def _friction_limit(problem: CapsuleProblem) -> float:
 def _sliding_time(single: Any, switches: Any) -> float:
     """Returns the total time [s] that the body may slide with a residual of the solver.
 
-    From each event in which a foot begins to stick or to slip, the time to the following rest is
-    added, unless a switch of the slider causes the event. The longest slide that a switch starts
-    from rest is added twice. A push starts the body with a residual only if it begins in the last
-    half per cent of a step: at most one or two of some ninety pushes of a plan do. In such a step
-    the push is at most the friction, because a foot sticks; push and friction each leave a
-    residual, hence twice.
+    `single` is a ThreePointMotion, `switches` are the times [s] at which the slider's acceleration
+    switches. If a foot begins to stick, or begins to slip without a switch, a residual lasts from
+    that event to the next rest: this time is added.
+
+    A switch that starts a slide from rest leaves a residual only if it is in the last half per cent
+    of a step. At most one or two of some ninety pushes of a plan are: the longest of these slides
+    is added. It is added twice, because push and friction each leave a residual; the push is at
+    most the friction, because a foot still sticks in that step.
     """
     total = 0.0
     longest = 0.0
-    rest_time = single.rest_time
+    rest_time = single.rest_time  # time of the next rest, as the events are read backwards
     modes_before = [None, *[event.mode for event in single.events[:-1]]]
     for event, mode_before in zip(reversed(single.events), reversed(modes_before), strict=True):
         if event.mode == "rest":
@@ -148,27 +159,27 @@ def _iteration_bounds(
 ) -> Bounds:
     """Returns bounds on the error of unfinished solver iterations.
 
-    Each change of a force leaves a residual velocity. If friction has a reserve, the reserve stops
-    the residual. If friction has none, the residual lasts to the end. A switch inside a step
-    changes the velocity by a part in that step and by the rest in the next step. The push of the
-    slider therefore leaves a residual for two steps.
+    Each change of a force leaves a residual velocity. If friction is below its limit, the spare
+    friction stops the residual; otherwise the residual lasts to the end. If the slider's push
+    switches inside a step, one part of the velocity changes in that step and the other part in the
+    next. The push therefore leaves a residual for two steps.
     """
-    need = solver_demand(problem, motion)
+    demand = solver_demand(problem, motion)
     step = solver.step
     residual = solver.residual
     if solver.model != "side":
-        stalled_residual = RESIDUAL_FRACTION if need.spare < USED_UP else 0.0
+        stalled_residual = RESIDUAL_FRACTION if demand.spare < STALLING_SPARE_FRICTION else 0.0
         residual = max(solver.one_foot_residual, stalled_residual)
-    friction_residual = residual * need.jump * step
-    velocity_residual = friction_residual + solver.residual * need.push * step
-    spare_friction = need.spare * _friction_limit(problem)
+    friction_residual = residual * demand.jump * step
+    velocity_residual = friction_residual + solver.residual * demand.push * step
+    spare_friction = demand.spare * _friction_limit(problem)
     if spare_friction:
         decay_time = min(friction_residual / spare_friction, duration)
     else:
         decay_time = duration * bool(friction_residual)
-    decay_time += (2.0 if need.push else 1.0) * step
-    distance = need.changes * velocity_residual * decay_time
-    distance += friction_residual * need.sliding
+    decay_time += (2.0 if demand.push else 1.0) * step
+    distance = demand.changes * velocity_residual * decay_time
+    distance += friction_residual * demand.sliding
     # Iterations never raise the kinetic energy, so that the residual rate of rotation is at most
     # the residual speed divided by the radius of gyration. If the supports' arm is shorter, the
     # speed is divided by this arm.
@@ -194,7 +205,8 @@ def _iteration_bounds(
 def _rounding_bounds(
     motion: SampledMotion, duration: float, solver: SequentialImpulse
 ) -> Bounds:
-    """Returns bounds on the error by rounding of positions (module docstring)."""
+    """Returns bounds on the error by rounding of positions, which make a random walk (module
+    docstring)."""
     arm = support_arm(motion.capsule)
     step = solver.step
     travel = motion.path_length + float(np.abs(motion.place - motion.place[0]).max())

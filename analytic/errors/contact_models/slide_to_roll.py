@@ -25,10 +25,11 @@ def rolling_errors(ball: RollingBall) -> StepErrors:
     """
 
     def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        """Returns the errors of place, speed and spin at `times` [s], with their rounding."""
         if scheme.integrator != EULER or ball.rolling_friction:
             return {}
         marks = whole_steps(times, step)
-        slip = ball.speed - ball.radius * ball.spin
+        slip = ball.speed - ball.radius * ball.spin  # [m/s] at the start
         steps = np.arange(marks[-1] + 1)
         slip_loss = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
         slip_loss *= np.sign(slip)

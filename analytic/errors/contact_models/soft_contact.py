@@ -52,5 +52,5 @@ class SoftContact:
 
 
 def without_formula(problem: CapsuleProblem) -> bool:
-    """Returns whether the motion is a general motion in the plane, without a closed form."""
+    """Returns whether the capsule moves in the plane without a closed form."""
     return bool(problem.motion.kind == "plane")

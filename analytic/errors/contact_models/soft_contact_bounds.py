@@ -84,7 +84,7 @@ def model_error(
     motion = sample_motion(problem, duration)
     step = contact.step
     resting = _is_resting(problem, motion, duration, contact)
-    # The solver leaves an error of the acceleration [m/s^2], in any direction.
+    # [m/s^2] error of the acceleration, in any direction, at which the solver stops
     residual = math.sqrt(2.0 * contact.solver_tolerance)
     growth = np.full((2, 1), residual * math.sqrt(motion.mass))
     solver_error = _accumulated_error(motion, resting, growth)
@@ -110,9 +110,9 @@ def _is_resting(
 ) -> Any:
     """Returns for each time whether no support slips, shape (n,).
 
-    If the motion has no closed form, the stepped motion must rest as well, and so must the slider:
-    a residual rotation continues until friction has stopped it. If there are too many steps, the
-    stepped motion is not tested.
+    If the motion has no closed form, two more conditions hold: the slider rests, because a residual
+    rotation continues until friction has stopped it; and the motion in steps rests too. If there
+    are too many steps, the second is not tested.
     """
     exact_rests = ~motion.slips.any(axis=0)
     if motion.formula:
@@ -144,7 +144,12 @@ def _stiction_drift(
     if problem.motion.kind == "coasting":
         duration = LAST_STEPS * contact.step
     arm = float(np.abs(motion.supports).min())
-    return BodyError(speed * duration, 2.0 * speed, speed * duration / arm, speed / arm)
+    return BodyError(
+        place=speed * duration,
+        speed=2.0 * speed,
+        angle=speed * duration / arm,
+        rate=speed / arm,
+    )
 
 
 def _armature_error(motion: SampledMotion, contact: SoftContact) -> BodyError:
@@ -203,23 +208,39 @@ def _height_error(
     capsule = motion.capsule
     deflections = _quasi_static(motion, normal.compliance)
     depth = -float(deflections.depths.min())
-    gradients = _load_fractions(motion.capsule)[1]
+    height = depth + normal.height  # of the centre of mass above the supports
+    _, gradients = _load_fractions(motion.capsule)
     force = capsule.friction * capsule.weight
     direction = np.exp(1j * motion.line)
     # Load shift per height: friction sets in at once, and overshoot doubles its effect.
     load_shift = 2.0 * force * (gradients.conjugate() * direction).real
-    tilt = abs((depth + normal.height) * normal.compliance * (gradients * load_shift).sum())
+    tilt = abs(height * normal.compliance * (gradients * load_shift).sum())
     tilt += float(np.abs(deflections.gradient - deflections.gradient[0]).max())
-    place = (depth + normal.height) * tilt
-    speeds = np.abs(motion.velocity)
-    # Supports far below C slip sideways while the body tilts, and friction follows the slip.
-    duration = float(motion.times[speeds.argmax()] * np.trapezoid(speeds > 0.0, motion.times))
-    slip_speed = normal.height * tilt * contact.contact_rate
-    sideways = slip_speed * duration / (speeds.max() or math.inf)
-    angle = force * normal.height / capsule.inertia * sideways
+    place = height * tilt
+    sideways_speed = normal.height * tilt * contact.contact_rate
+    angle = _angle_by_sideways_slip(motion, normal.height, sideways_speed)
     angle += depth * tilt / float(np.abs(motion.supports).min())
     loads = normal.height * np.abs(load_shift)
     return BodyError(place, place * contact.contact_rate, angle), loads
+
+
+def _angle_by_sideways_slip(
+    motion: SampledMotion, height: float, sideways_speed: float
+) -> float:
+    """Returns the angle [rad] by which friction turns a body whose supports slip sideways.
+
+    The supports are `height` [m] below C. They have a `sideways_speed` [m/s] while the body tilts.
+    This turns the direction of the slip by that speed over b t, with b the acceleration of C, and
+    friction follows the slip (THEORY.md, section 9).
+    """
+    capsule = motion.capsule
+    speeds = np.abs(motion.velocity)
+    largest_speed = speeds.max() or math.inf
+    time_to_largest_speed = motion.times[speeds.argmax()]  # largest speed over b
+    sliding_time = np.trapezoid(speeds > 0.0, motion.times)
+    turn_of_slip = sideways_speed * float(time_to_largest_speed * sliding_time) / largest_speed
+    force = capsule.friction * capsule.weight
+    return float(force * height / capsule.inertia * turn_of_slip)
 
 
 def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
@@ -247,11 +268,12 @@ def missing_loads(motion: SampledMotion, normal: NormalContact) -> Array:
 
 
 def _load_fractions(capsule: Capsule) -> tuple[Array, ComplexForces]:
-    """Returns the fraction of a load at C on each support, and the fractions' gradients.
+    """Returns the fraction of a load at C on each support, and the gradients of the fractions.
 
     The gradients are complex numbers [1/m]; both results have the shape (3,). The fractions are
-    linear in the place of the load: LOAD_POSITIONS are C and the places 1 m ahead and aside, whose
-    differences are the gradients."""
+    linear in the place of the load. LOAD_POSITIONS are C and the places 1 m ahead and aside: the
+    gradients are differences between them.
+    """
     central, ahead, aside = load_fractions(capsule, LOAD_POSITIONS)
     return central, ahead - central + 1j * (aside - central)
 
@@ -262,7 +284,7 @@ def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
         motion.capsule, LOAD_POSITIONS
     )
     slopes = np.array([depths_x - central_depths, depths_y - central_depths]).T
-    (central, gradients) = _load_fractions(motion.capsule)
+    central, gradients = _load_fractions(motion.capsule)
     place, speed, push = (
         np.array([vector.real, vector.imag])
         for vector in (motion.place, motion.speed, motion.push)
@@ -283,9 +305,9 @@ def _slider_lift(motion: SampledMotion, deflections: QuasiStatic) -> tuple[Array
     [m], each of shape (n,)."""
     r = motion.place
     g = deflections.gradient.conjugate()
-    g1 = deflections.gradient_rate.conjugate()
-    g2 = deflections.gradient_second.conjugate()
-    relative = g2 * r + 2.0 * g1 * motion.speed + g * motion.push
+    g_rate = deflections.gradient_rate.conjugate()
+    g_second = deflections.gradient_second.conjugate()
+    relative = g_second * r + 2.0 * g_rate * motion.speed + g * motion.push
     return deflections.height_second + relative.real, (g * r).real
 
 
@@ -317,10 +339,10 @@ def _gyroscopic_moment(
     vertical axis [kg m^2]. `rate` and `spin` are its angular velocity and acceleration.
     """
     g = deflections.gradient
-    g1 = deflections.gradient_rate
-    g2 = deflections.gradient_second
-    tilting = across * (g2 + 2j * rate * g1 + (1j * spin - rate**2) * g)
-    return tilting + upright * (rate**2 * g - 1j * spin * g - 1j * rate * g1)
+    g_rate = deflections.gradient_rate
+    g_second = deflections.gradient_second
+    tilting = across * (g_second + 2j * rate * g_rate + (1j * spin - rate**2) * g)
+    return tilting + upright * (rate**2 * g - 1j * spin * g - 1j * rate * g_rate)
 
 
 def _error_growth(motion: SampledMotion, missing: Array) -> Array:
@@ -348,9 +370,9 @@ def _coupling_error(
 ) -> tuple[BodyError, Array]:
     """Returns the errors of the body and of its loads [N] from tangential–normal coupling.
 
-    A slip acceleration a [m/s^2] changes the normal force by kappa f a [N], until the deflection of
-    the contacts has compensated the change. The rounding of the contact depths is added to the
-    loads.
+    A slip acceleration a [m/s^2] changes the normal force by kappa f a [N] until the deflection of
+    the contacts has compensated that change. At a start and at a stop, a is the slip over a step.
+    The loads include the rounding of the contact depths.
     """
     capsule = motion.capsule
     reach = float(np.abs(motion.supports).max())
@@ -360,24 +382,27 @@ def _coupling_error(
     smooth_load = load_per_acceleration * float(accelerations.max())
     start_load = load_per_acceleration * float(slip_speeds[:, 0].max()) / contact.step
     stop_load = load_per_acceleration * float(slip_speeds.max()) / contact.step
-    factor = soft_contact.QUASI_STATIC_FACTOR * capsule.friction * normal.compliance
-    gradients = _load_fractions(capsule)[1]
-    lever = normal.tilt_inertia * float(np.abs(gradients).sum())
-    speed = 2.0 * factor * (smooth_load + start_load) * contact.contact_rate
-    angle = (
-        factor * (smooth_load + start_load) * (lever + motion.mass * reach) / capsule.inertia
-    )
+    moving_load = smooth_load + start_load
+    place_per_load = soft_contact.QUASI_STATIC_FACTOR * capsule.friction * normal.compliance
+    lever = normal.tilt_inertia * float(np.abs(_load_fractions(capsule)[1]).sum())
+    angle = place_per_load * moving_load * (lever + motion.mass * reach) / capsule.inertia
     loads = soft_contact.OVERSHOOT_FACTOR * smooth_load + start_load
     loads += DEPTH_ROUNDINGS * ROUNDOFF * reach / normal.compliance
-    place = factor * (smooth_load + start_load + stop_load)
-    return BodyError(place, speed, angle, angle * contact.contact_rate), np.full(3, loads)
+    error = BodyError(
+        place=place_per_load * (moving_load + stop_load),
+        speed=2.0 * place_per_load * moving_load * contact.contact_rate,
+        angle=angle,
+        rate=angle * contact.contact_rate,
+    )
+    return error, np.full(3, loads)
 
 
 def _accumulated_error(motion: SampledMotion, resting: Any, growth: Array) -> BodyError:
-    """Returns the error of the body that grows at the rates `growth`, the two parts of e'.
+    """Returns the error of a body whose velocities have an error e that grows at the rates
+    `growth`.
 
-    `growth` [kg^(1/2) m/s^2] has the shape (2, n), or a shape that broadcasts to it. Whenever the
-    body is `resting`, shape (n,), the error of the velocities resets to zero.
+    `growth` [kg^(1/2) m/s^2] has the two parts of e' (module docstring): the shape (2, n), or one
+    that broadcasts to it. Whenever the body is `resting`, shape (n,), e resets to zero.
     """
     times = motion.times
     growth = np.where(resting, 0.0, growth * np.ones((2, 1)))

@@ -32,24 +32,25 @@ RK4_GROWTH_COEFFICIENTS = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 def impedance(point: SoftPoint, depth: float) -> float:
     """Returns the impedance d at a `depth` [m]: two curves between the two values of `point`, which
     are parabolas by default."""
-    least, most = point.impedance
+    at_surface, at_width = point.impedance
     fraction = min(depth / point.width, 1.0)
     if fraction <= point.midpoint:
         rise = fraction**point.power / point.midpoint ** (point.power - 1.0)
     else:
         fall = (1.0 - fraction) ** point.power
         rise = 1.0 - fall / (1.0 - point.midpoint) ** (point.power - 1.0)
-    return least + (most - least) * rise
+    return at_surface + (at_width - at_surface) * rise
 
 
 def rates(point: SoftPoint, step: float) -> tuple[float, float]:
     """Returns the stiffness k [1/s^2] and damping b [1/s] of a contact in steps of `step` [s]."""
-    most = point.impedance[1]
+    largest_impedance = point.impedance[1]
     if point.direct is not None:
         stiffness, damping = point.direct
-        return stiffness / most**2, damping / most
-    time = max(point.time_constant, 2.0 * step)
-    return 1.0 / (most * time * point.damping_ratio) ** 2, 2.0 / (most * time)
+        return stiffness / largest_impedance**2, damping / largest_impedance
+    time_constant = max(point.time_constant, 2.0 * step)
+    stiffness = 1.0 / (largest_impedance * time_constant * point.damping_ratio) ** 2
+    return stiffness, 2.0 / (largest_impedance * time_constant)
 
 
 def depth_under(point: SoftPoint, push: float, step: float) -> float:
@@ -59,10 +60,11 @@ def depth_under(point: SoftPoint, push: float, step: float) -> float:
         return 0.0
     stiffness, _ = rates(point, step)
     least_impedance = min(point.impedance)
-    # as if the impedance did not rise with depth
+    # With the least impedance at every depth the contact would be softer, and so deeper.
     deepest = push / (stiffness * least_impedance**2)
 
     def excess_force(depth: float) -> float:
+        """Returns d times the force [m/s^2] of the spring that exceeds the load; zero at rest."""
         d = impedance(point, depth)
         return stiffness * d**2 * depth - (1.0 - d) * push
 
@@ -96,9 +98,10 @@ class HeldContact:
     def depth(self, point: SoftPoint, step: float, lag: float = 0.0) -> float:
         """Returns the depth of the contact [m].
 
-        An edge of a pyramid carries a quarter of the load. If one edge has let go, the two edges
-        across carry half of the load that the edge along the pull leaves. They carry more until the
-        drift is complete: `lag` is the part of the drift's speed that is still missing.
+        An edge of a pyramid carries a quarter of the load. If the edge against the pull has let go,
+        the edge along the pull carries more, and the two edges across it carry half of the
+        remaining load each. `lag` is the part of the final drift's speed that is still missing:
+        while it is not 0, the edges across carry more.
         """
         if not self.has_edges(point):
             return depth_under(point, self.load * self.weight, step)
@@ -130,11 +133,11 @@ class HeldContact:
         return (self.pull - beta) / (alpha * damping), damping / (1.0 + self.mass / alpha)
 
     def settling(self, point: SoftPoint, step: float) -> float:
-        """Returns the relative change of the softness while the drift builds up.
+        """Returns the relative change of the contact's softness while the drift builds up.
 
-        If an edge has let go, the depth and its impedance change as the drift builds up. If the
-        edge has not yet let go at the start, it holds more of the body's acceleration until it
-        does.
+        If an edge of the pyramid has let go, the depth changes as the drift builds up, and with it
+        the impedance. If this edge still holds at the start, it also takes a part of the body's
+        acceleration until it lets go: `lag` is added.
         """
         along = np.abs(self.pull).max()
         half_limit = self.friction * self.load / 2.0
@@ -143,9 +146,9 @@ class HeldContact:
         _, damping = rates(point, step)
         _, approach_rates = self.drift(point, step)
         lag = damping / float(approach_rates.min()) - 1.0
-        first = impedance(point, self.depth(point, step, lag))
-        last = impedance(point, self.depth(point, step))
-        change = abs((1.0 - first) / first / ((1.0 - last) / last) - 1.0)
+        d_first = impedance(point, self.depth(point, step, lag))
+        d_last = impedance(point, self.depth(point, step))
+        change = abs((1.0 - d_first) / d_first / ((1.0 - d_last) / d_last) - 1.0)
         edge_holds_at_first = along * (1.0 - lag) <= half_limit
         return lag + change if edge_holds_at_first else change
 

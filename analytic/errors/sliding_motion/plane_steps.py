@@ -80,14 +80,15 @@ class CapsuleConstants:
     ) -> tuple[StateParts, Slip]:
         """Returns the rates of change of z', omega and v, and the slip that friction opposes.
 
-        The slip is a time `lead` [s] later. `q` is z, psi and r; `rates` is z', omega and v; `w` is
-        the slider's acceleration [m/s^2]. `near` is a slip from which the search starts.
+        That slip is a time `lead` [s] later. The positions `q` are z, psi and r, the `rates` z',
+        omega and v; `w` is the slider's acceleration [m/s^2]. The search for the slip starts from
+        `near`.
         """
         _, psi, r = q
         speed, omega, v = rates
         turn = exp(1j * psi)
         arm = self.mass_ratio * r
-        relative = w + 2j * omega * v - omega * omega * r  # acceleration of the slider
+        relative = w + 2j * omega * v - omega * omega * r  # a of the module docstring
         push = -self.mass_ratio * relative
         spin = -self.reduced_mass * (r.conjugate() * relative).imag / self.inertia_with(r)
         velocity = speed / turn + 1j * omega * arm
@@ -106,8 +107,8 @@ class CapsuleConstants:
     ) -> Slip:
         """Returns the slip after friction has acted for a time `lead` [s] on a `free` slip.
 
-        The slip of each support also has the part `opened` [1/s] times the support's position.
-        `near` is a slip from which the search starts.
+        The slip of each support has a further part: `opened` [1/s] times the support's position.
+        The search for the slip starts from `near`.
         """
         limits = []
         for central, along_x, along_y in self.limits:
@@ -144,6 +145,8 @@ def trajectory(
     near: Slip = (speed, omega)
 
     def acceleration(time: float, q: StateParts, rates: StateParts) -> StateParts:
+        """Returns the accelerations at the start of a step or in one of its stages. The slip there
+        is the first guess of the next one."""
         nonlocal near
         push = pushes[round(time / step)]
         accelerations, near = body.rates_with_friction(q, rates, push, lead, near)

@@ -34,10 +34,11 @@ from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal
 
 MAX_SLIDING_STEPS = 2_000_000  # steps in a run along a line, which take some ten seconds
 MOST_PLANE_STEPS = 200_000  # steps in a run in the plane, some tens of microseconds each
-JUMPING = ("friction_force", "driving_force")  # forces that jump when w jumps or the body stops
+# forces that jump when the slider's acceleration w jumps, or when the body stops
+JUMPING_FORCES = ("friction_force", "driving_force")
 # RK4 leaves this fraction of a velocity that friction stops after each step (THEORY.md, section 4).
-TAIL = 0.375
-LASTS = 40  # steps after which such a velocity is below double precision
+RK4_REMAINDER = 0.375
+RK4_REMAINDER_STEPS = 40  # steps after which that remainder is below double precision
 
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
@@ -54,7 +55,7 @@ def capsule_errors(problem: CapsuleProblem) -> StepErrors:
 
 
 def hold_errors(motion: Any, scheme: Scheme, step: float, times: Array) -> Signals:
-    """Returns zero errors at `times` [s] for a body that does not move; none for schemes without
+    """Returns zero errors at `times` [s] for a body that does not move; empty for schemes without
     theory."""
     if scheme.position_lead is None:
         return {}
@@ -73,13 +74,8 @@ def stepped_motion(
     """
     distance = 0.0
     rows = list[tuple[float, float, float]]()
-    push = 0.0
-
-    def slopes(_: float, state: Sequence[float]) -> tuple[float, float]:
-        friction = min(max(-state[1] / step - push, -limit), limit)
-        return state[1], push + friction
-
     for push in pushes:
+        slopes = partial(_slopes_with_friction, push, limit, step)
         _, acceleration = slopes(0.0, (distance, rate))
         rows.append((distance, rate, acceleration - push))
         if scheme.integrator == RK4:
@@ -89,6 +85,17 @@ def stepped_motion(
             rate = rate + step * acceleration
             distance += step * (rate_before if scheme.position_first else rate)
     return np.array([*rows, (distance, rate, math.nan)]).T
+
+
+def _slopes_with_friction(
+    push: float, limit: float, step: float, fraction: float, state: Sequence[float]
+) -> tuple[float, float]:
+    """Returns the rate of a body in the `state` (distance, rate), and its acceleration: by a `push`
+    and by friction, which is at most `limit` and aims at rest within a `step` [s]. No acceleration
+    depends on the `fraction` of the step."""
+    _, rate = state
+    friction = min(max(-rate / step - push, -limit), limit)
+    return rate, push + friction
 
 
 def positions(speeds: Array, lead: float, step: float) -> Array:
@@ -103,7 +110,8 @@ def positions(speeds: Array, lead: float, step: float) -> Array:
 
 @lru_cache(maxsize=CACHED_RESULTS)  # all methods of one scene share the result
 def _body_motion(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
-    """Returns `stepped_motion` of the body under the slider's mean reaction in each step."""
+    """Returns `stepped_motion` of the body. In each step the reaction of the slider pushes it, at
+    the mean over the step."""
     capsule = motion.single.capsule
     velocity_changes = np.diff(motion.relative_velocity(step * np.arange(steps + 2.0)))
     pushes = (-capsule.mass_ratio / step * velocity_changes).tolist()
@@ -154,15 +162,19 @@ def _line_run(
 
 def largest_jumps(reference: Reference, scheme: Scheme, step: float, times: Array) -> Signals:
     """Returns the largest jump of each force within one `step` [s] before or after each of the grid
-    `times` [s], shape (n,). If a force jumps within a step, the run shows one of its two values, or
-    their mean, however small the step. RK4 keeps the fraction TAIL of that error in each step that
-    follows."""
+    `times` [s], shape (n,).
+
+    If a force jumps within a step, the run shows one of its two values, or their mean, however
+    small the step is. RK4 keeps the fraction RK4_REMAINDER of that error in each step that follows.
+    """
     later = reference.observe(times + step)
-    largest = {name: np.zeros(len(times)) for name in JUMPING if name in later}
-    for k in range(LASTS if scheme.integrator == RK4 else 2):
-        earlier = reference.observe(np.maximum(times - k * step, 0.0))
+    largest = {name: np.zeros(len(times)) for name in JUMPING_FORCES if name in later}
+    for steps_ago in range(RK4_REMAINDER_STEPS if scheme.integrator == RK4 else 2):
+        earlier = reference.observe(np.maximum(times - steps_ago * step, 0.0))
         for name, jump in largest.items():
-            remainder = TAIL ** max(k - 1, 0) * np.abs(later[name] - earlier[name])
+            remainder = RK4_REMAINDER ** max(steps_ago - 1, 0) * np.abs(
+                later[name] - earlier[name]
+            )
             largest[name] = np.maximum(jump, remainder)
         later = earlier
     return largest
@@ -197,8 +209,8 @@ def coasting_errors(
         return {**errors, **loads, **dict.fromkeys(("heading", "heading_rate"), zeros)}
     rotation = {"heading": distance, "heading_rate": rate}
     if motion.centre == (0.0, 0.0):
-        rest = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), zeros)
-        return {**rest, **rotation, **loads}
+        resting_centre = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), zeros)
+        return {**resting_centre, **rotation, **loads}
     return {**rotation, **loads}
 
 
@@ -250,6 +262,8 @@ def step_error(line: LineManoeuvre, step: float | Array) -> Array:
     a2 = line.closed.braking
 
     def trapezoid(jump: float, time: float) -> Array:
+        """Returns the error of the trapezoid sum, over the squared step, by a `jump` at a `time`
+        [s]."""
         fraction = time / steps - np.floor(time / steps)
         return np.asarray(0.5 * jump * fraction * (1.0 - fraction))
 

@@ -59,7 +59,7 @@ class ErrorSeries:
     series."""
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """Returns no errors: beyond the range of the series there is no prediction."""
+        """Returns no errors: there is no prediction for steps beyond the range of the series."""
         return SteppedErrors({})
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
@@ -112,9 +112,9 @@ def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
 def _memory(flow: LinearFlow, sizes: Array) -> Array:
     """Returns the time [s] for which each part of the state keeps small deviations, shape (d,).
 
-    The time is the integral of the largest response of a part to deviations at the start. The
-    deviations and the response are relative to `sizes`, the largest magnitudes of the parts, shape
-    (d,). Without damping the time is the duration, which is also its limit.
+    It is the integral over time of a part's largest response to deviations at the start. Deviations
+    and responses are relative to `sizes`, the largest magnitudes of the parts, shape (d,). The
+    limit is the duration, which is also the time of a motion without damping.
     """
     deviations = np.diag(sizes)
     integral = np.zeros(len(sizes))
@@ -127,12 +127,15 @@ def _memory(flow: LinearFlow, sizes: Array) -> Array:
 
 
 def _step_error(
-    after: Sequence[Any], exact: Sequence[Any], m: int, times: Array
+    after: Sequence[Any], exact: Sequence[Any], degree: int, times: Array
 ) -> list[Array]:
-    """Returns the coefficient `m` of a step's error, `after` minus `exact`, for each part of the
-    state, shape (n,) each."""
-    pairs = zip(after, exact, strict=True)
-    return [a.terms[m] - b.terms[m] + np.zeros_like(times) for a, b in pairs]
+    """Returns the term of a `degree` in the error of a step, `after` minus `exact`, for each part
+    of the state, shape (n,) each."""
+    differences = []
+    for part, exact_part in zip(after, exact, strict=True):
+        difference = part.terms[degree] - exact_part.terms[degree]
+        differences.append(difference + np.zeros_like(times))
+    return differences
 
 
 def _set_terms(state: Sequence[Series], order: int, response: Response) -> None:
@@ -149,10 +152,10 @@ def _without_noise(response: Response, noise: Array) -> Response:
     return Response(response.orbit, response.states * factors, response.slopes * factors)
 
 
-def _derivative_terms(lower: Mapping[int, Response], m: int) -> list[Array]:
-    """Returns the terms e_k^{(m-k)}/(m-k)! of the coefficient `m`, for each of the `lower` orders
+def _derivative_terms(lower: Mapping[int, Response], degree: int) -> list[Array]:
+    """Returns e_k^(j)/j! with j = `degree` - k, for the response e_k of each of the `lower` orders
     k."""
     return [
-        response.at_nodes(derivative=m - order) / math.factorial(m - order)
+        response.at_nodes(derivative=degree - order) / math.factorial(degree - order)
         for order, response in lower.items()
     ]

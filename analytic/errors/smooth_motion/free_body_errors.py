@@ -59,6 +59,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> SchemeStep:
     integrator = scheme.integrator
 
     def forces(time: Any, q: StateParts, w: StateParts) -> StateParts:
+        """Returns the derivative of w; for LINEARLY_IMPLICIT, the implicit slope."""
         if integrator == LINEARLY_IMPLICIT:
             return _implicit_slopes(ratios, w, step)
         return angular_acceleration(ratios, w)
@@ -67,6 +68,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> SchemeStep:
         tableau = TABLEAUX[integrator]
 
         def explicit_step(time: Any, state: StateParts) -> StateParts:
+            """Returns w and q after a step of an explicit Runge-Kutta method."""
             return tableau.advanced(lambda _, z: slope(ratios, z), state, step)
 
         return explicit_step
@@ -76,6 +78,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> SchemeStep:
         classical_step = scheme_step(Scheme(RK4), Equations(forces, 3), step)
 
         def added_rates_step(time: Any, state: StateParts) -> StateParts:
+            """Returns w and q after a step of RK4_ADDED_RATES."""
             after = classical_step(time, [0.0, 0.0, 0.0, *state[:3]])
             turn, rates = after[:3], after[3:]
             return [*rates, *_rotated(state[3:], turn, 1.0)]
@@ -86,6 +89,7 @@ def rotation_step(body: FreeBody, scheme: Scheme, step: Any) -> SchemeStep:
     base_step = scheme_step(base_scheme, Equations(forces, 3, None, rotate), step)
 
     def reordered_step(time: Any, state: StateParts) -> StateParts:
+        """Returns w and q after a step of `base_step`, whose state is q and then w."""
         after = base_step(time, [*state[3:], *state[:3]])
         return [*after[-3:], *after[:-3]]
 
@@ -138,15 +142,18 @@ def free_body_errors(body: FreeBody) -> ErrorSeries:
     names = (*ANGULAR_VELOCITY_NAMES, *ATTITUDE)
 
     def step_and_orders(scheme: Scheme) -> tuple[Step, range] | None:
+        """Returns the step of a scheme and the orders of its error; None without a series."""
         if scheme.integrator not in SERIES_ORDERS or scheme.position_first:
             return None
 
         def step(time: Any, length: Any, state: StateParts) -> StateParts:
+            """Returns the state after a step of this `length` [s]."""
             return rotation_step(body, scheme, length)(time, state)
 
         return step, SERIES_ORDERS[scheme.integrator]
 
     def rates(time: Any, state: StateParts) -> StateParts:
+        """Returns the derivatives of a state by time."""
         return slope(ratios, state)
 
     return ErrorSeries(free_rotation(body), names, rates, step_and_orders)

@@ -19,8 +19,8 @@ from plumbob.analytic.sampled_control import AT_BEGIN, HeldAnswers
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import LoopQuantity
 from plumbob.analytic.systems.held_loop import (
+    LOOP_OBSERVABLES,
     MOST_DELAY,
-    NAMES,
     Flow,
     HeldLoop,
     first_unstable,
@@ -31,7 +31,11 @@ from plumbob.analytic.theory import StepErrors, signal_differences
 
 def scheme_flow(loop: HeldLoop, scheme: Scheme, step: float) -> Flow | None:
     """Returns the motion over a step [s] of `scheme` under a constant torque; None for schemes that
-    are not stepped here."""
+    are not stepped here.
+
+    The columns of its matrix are the steps from three unit vectors: of the angle, the rate and the
+    torque.
+    """
     slowing = loop.damping / loop.inertia
 
     def implicit(stepped: Scheme, state: StateParts) -> tuple[float, float]:
@@ -51,8 +55,8 @@ def scheme_flow(loop: HeldLoop, scheme: Scheme, step: float) -> Flow | None:
 def _plant(loop: HeldLoop, torque: float) -> SmoothSystem:
     """Returns the joint under a constant torque [N m]."""
     return SmoothSystem(
-        coordinates=NAMES[:1],
-        rates=NAMES[1:],
+        coordinates=LOOP_OBSERVABLES[:1],
+        rates=LOOP_OBSERVABLES[1:],
         mass_matrix=lambda p, q: ((loop.inertia,),),
         forces=lambda p, time, q, v: (torque - loop.damping * v[0],),
         parameters={},
@@ -63,9 +67,9 @@ def _plant(loop: HeldLoop, torque: float) -> SmoothSystem:
 
 def repeated_flow(flow: Flow, count: int) -> Flow:
     """Returns the motion over `count` steps under a constant torque."""
-    whole = np.eye(3)
-    whole[:2, :2], whole[:2, 2] = flow
-    power = np.linalg.matrix_power(whole, count)
+    with_torque = np.eye(3)  # matrix of one step for the state and the torque
+    with_torque[:2, :2], with_torque[:2, 2] = flow
+    power = np.linalg.matrix_power(with_torque, count)
     return power[:2, :2], power[:2, 2]
 
 
@@ -75,6 +79,7 @@ def held_errors(loop: HeldLoop) -> StepErrors:
     for more than MAX_SYSTEM_STEPS steps, and for times that are no multiples of the step."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Signals:
+        """Returns the errors of angle and rate at `times` [s]."""
         marks = steps_until(times, step, MAX_SYSTEM_STEPS)
         flow = scheme_flow(loop, scheme, step)
         if marks is None or flow is None:
@@ -83,7 +88,9 @@ def held_errors(loop: HeldLoop) -> StepErrors:
             states = _stepped_states(loop, flow, step, int(marks[-1]))[:, marks]
         if not np.isfinite(states).all():
             return {}
-        return signal_differences(dict(zip(NAMES, states, strict=True)), loop.observe(times))
+        return signal_differences(
+            dict(zip(LOOP_OBSERVABLES, states, strict=True)), loop.observe(times)
+        )
 
     return StepErrors(error)
 
@@ -120,35 +127,39 @@ def scheme_limit(
     loop: HeldLoop, scheme: Scheme, quantity: LoopQuantity, step: float
 ) -> float | None:
     """Returns the hold [s], the delay [s] or the factor of both gains up to which the loop under
-    steps of `scheme` is stable, like `HeldLoop.limit`. A hold keeps its number of steps [s] as it
-    changes, and a delay is a multiple of the step. None for schemes that are not stepped here, and
-    for steps that do not divide the hold and the delay."""
-    parts = steps_of(loop.hold, step)
-    late = steps_of(loop.delay, step)
+    steps of `scheme` is stable, like `HeldLoop.limit`.
+
+    A hold that changes keeps its number of steps [s]; a delay that changes is a multiple of the
+    step. The result is None for schemes that are not stepped here, and for steps that do not divide
+    the hold and the delay.
+    """
+    steps_in_hold = steps_of(loop.hold, step)
+    steps_in_delay = steps_of(loop.delay, step)
     flow = scheme_flow(loop, scheme, step)
-    if not parts or late is None or flow is None:
+    if not steps_in_hold or steps_in_delay is None or flow is None:
         return None
     if quantity == "delay":
-        held = None
-        for count in range(MOST_DELAY * parts):
-            if _is_stable(loop, flow, parts, count):
-                held = count
-            elif held is not None:
-                return held * step
-        return 0.0 if held is None else math.inf
+        last_stable = None
+        for count in range(MOST_DELAY * steps_in_hold):
+            if _is_stable(loop, flow, steps_in_hold, count):
+                last_stable = count
+            elif last_stable is not None:
+                return last_stable * step
+        return 0.0 if last_stable is None else math.inf
 
-    def holds(value: float) -> bool:
+    def is_stable_at(value: float) -> bool:
         """Whether the loop is stable with another hold or other gains."""
-        other = loop.changed(quantity, value)
-        changed = scheme_flow(other, scheme, other.hold / parts)
-        assert changed is not None
-        return _is_stable(other, changed, parts, late)
+        changed_loop = loop.changed(quantity, value)
+        changed_flow = scheme_flow(changed_loop, scheme, changed_loop.hold / steps_in_hold)
+        assert changed_flow is not None
+        return _is_stable(changed_loop, changed_flow, steps_in_hold, steps_in_delay)
 
-    return first_unstable(holds, loop.scan(quantity))
+    return first_unstable(is_stable_at, loop.scan(quantity))
 
 
-def _is_stable(loop: HeldLoop, flow: Flow, parts: int, late: int) -> bool:
-    """Whether a loop is stable under steps of this `flow`, `parts` a hold and `late` a delay."""
-    whole, rest = divmod(late, parts)
-    early = repeated_flow(flow, rest)
-    return loop_multiplier(early, repeated_flow(flow, parts - rest), loop.gains, whole) < 1.0
+def _is_stable(loop: HeldLoop, flow: Flow, steps_in_hold: int, steps_in_delay: int) -> bool:
+    """Returns whether a loop is stable under steps with this `flow`."""
+    holds_in_delay, steps_before_switch = divmod(steps_in_delay, steps_in_hold)
+    early = repeated_flow(flow, steps_before_switch)
+    late = repeated_flow(flow, steps_in_hold - steps_before_switch)
+    return loop_multiplier(early, late, loop.gains, holds_in_delay) < 1.0

@@ -11,7 +11,11 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
-from plumbob.analytic.errors.smooth_motion.scheme_steps import scheme_step, steps_until
+from plumbob.analytic.errors.smooth_motion.scheme_steps import (
+    StepNumbers,
+    scheme_step,
+    steps_until,
+)
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import (
     error_orders,
     has_series,
@@ -26,7 +30,7 @@ from plumbob.analytic.numerics.rotor.orbit import ANGLE_AND_RATE, rotor_motion, 
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import IMAGINARY_STEP, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array, Reference, Signals
 from plumbob.analytic.schemes import EULER, STEPPED_SCHEMES, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
@@ -37,7 +41,7 @@ from plumbob.analytic.theory import Coefficients, SteppedErrors, signal_differen
 ERROR_SAMPLES_PER_PERIOD = 65  # samples in a period, among which the largest error is sought
 # Chosen: fraction of the largest rate, from which a sample counts as fast. At 0.9 a rounding of the
 # rate changes the energy by 90 % of the largest change.
-FAST = 0.9
+FAST_RATE_FRACTION = 0.9
 NEGLIGIBLE = 1e-10  # relative energy change in a period, below which it is numerical noise
 
 
@@ -77,6 +81,7 @@ class RotorErrors:
         equations = rotor_equations(self.rotor, Scheme(EULER), 0.0)
 
         def slope(time: Any, state: Any) -> tuple[Any, Any]:
+            """Returns theta' and theta'' of a state."""
             return state[1], *equations.acceleration(time, state[:1], state[1:])
 
         return ErrorSeries(self.motion, ANGLE_AND_RATE, slope, self._step_and_orders)
@@ -87,6 +92,7 @@ class RotorErrors:
             return None
 
         def step(times: Any, length: Any, state: Any) -> Any:
+            """Returns the state after a step of this `length` [s] from `times` [s]."""
             equations = rotor_equations(self.rotor, scheme, length)
             return scheme_step(scheme, equations, length)(times, state)
 
@@ -124,14 +130,7 @@ class RotorErrors:
         if marks is None:
             return SteppedErrors({})
         exact = self.exact.observe(times)
-        start = (self.theta, self.theta_dot)
-        sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE_AND_RATE)
-        rates = np.abs([self.theta_dot, *exact["theta_dot"]])
-        slow_marks = int(np.argmax(rates >= FAST * rates.max()))
-        scheme = simplest_scheme(scheme, self.rotor)
-        states = stepped_orbit(
-            self.rotor, start, scheme, step, marks.tobytes(), sizes, slow_marks
-        )
+        states = self._stepped_states(scheme, step, marks, exact)
         if states is None:
             return SteppedErrors({})
         stepped = dict(zip(ANGLE_AND_RATE, states, strict=False))
@@ -147,6 +146,27 @@ class RotorErrors:
         if not np.isfinite([*doubts.values()]).all():
             return SteppedErrors({})
         return SteppedErrors(signal_differences(values, exact), doubts)
+
+    def _stepped_states(
+        self, scheme: Scheme, step: float, marks: StepNumbers, exact: Signals
+    ) -> Any:
+        """Returns the `stepped_orbit` after the numbers of steps `marks`; None if it diverges.
+
+        `exact` has the exact motion at the same times. A second rounding is put where this motion
+        first is fast: at FAST_RATE_FRACTION of its largest rate.
+        """
+        sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE_AND_RATE)
+        rates = np.abs([self.theta_dot, *exact["theta_dot"]])
+        slow_marks = int(np.argmax(rates >= FAST_RATE_FRACTION * rates.max()))
+        return stepped_orbit(
+            rotor=self.rotor,
+            start=(self.theta, self.theta_dot),
+            scheme=simplest_scheme(scheme, self.rotor),
+            step=step,
+            marks=marks.tobytes(),
+            sizes=sizes,
+            slow_marks=slow_marks,
+        )
 
     def _tension(self, states: Any) -> Mapping[str, Any]:
         """Returns the rod's tension [N] in stepped states, shape (d, n), by name.

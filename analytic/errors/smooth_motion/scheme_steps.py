@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -15,10 +16,11 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import Series
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
-from plumbob.analytic.tableau import advance_parts
+from plumbob.analytic.tableau import Tableau, advance_parts
 
 MAX_SCHEME_STEPS = 2_000_000  # steps in a run, which take a few seconds
-OFF = 1e-6  # [steps] a sample further from a whole number of steps is not on the orbit
+# [steps] largest distance of a sample from a whole number of steps
+LARGEST_OFFSET = 1e-6
 MAX_HALF_KICK_ITERATIONS = 100  # iterations for an implicit half kick
 READ_AT = MappingProxyType({"start": 0.0, "midpoint": 0.5, "mean": 0.5})
 """Fraction of a step at which a held control is read, by kind of control."""
@@ -26,6 +28,8 @@ StepNumbers = npt.NDArray[np.int64]
 StateParts = Sequence[Any]
 SchemeStep = Callable[[Any, StateParts], StateParts]
 """Function from the time [s] and state at a step's start to the state after it: q and then q'."""
+StageAcceleration = Callable[[Any, float, StateParts, StateParts], StateParts]
+"""Function from the time [s] of a step's start, a fraction of the step, q and q' to q''."""
 
 
 @dataclass(frozen=True)
@@ -44,32 +48,67 @@ class Equations:
 
 
 def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
-    """Returns the step of a `scheme` of STEPPED on the `equations`; `step` is its size [s]."""
-    count = equations.count
-    drifted = equations.drifted
-    implicit = equations.implicit
-    tableau = TABLEAUX.get(scheme.integrator)
+    """Returns the step of a `scheme` of STEPPED_SCHEMES on the `equations`; `step` is its size
+    [s]."""
     held_fraction = READ_AT.get(scheme.control)
 
     def acceleration(time: Any, fraction: float, q: StateParts, v: StateParts) -> StateParts:
+        """Returns q'' with the control that the scheme reads at a `fraction` of the step."""
         read_at = fraction if held_fraction is None else held_fraction
         return equations.acceleration(time + step * read_at, q, v)
 
+    tableau = TABLEAUX.get(scheme.integrator)
+    if tableau is not None:
+        return _explicit_step(tableau, equations.count, acceleration, step)
+    if scheme.position_first:
+        return _position_first_step(equations, acceleration, step)
+    if scheme.integrator == EULER:
+        return _euler_step(equations, acceleration, step)
+    return _leapfrog_step(equations, acceleration, step)
+
+
+def _explicit_step(
+    tableau: Tableau, count: int, acceleration: StageAcceleration, step: Any
+) -> SchemeStep:
+    """Returns the step of an explicit Runge-Kutta method; `count` is the number of rates q'."""
+
     def explicit_step(time: Any, state: StateParts) -> StateParts:
-        assert tableau is not None
+        """Returns the state after a step."""
 
         def slopes(fraction: float, z: StateParts) -> StateParts:
+            """Returns q' and q'' in the state z, at a `fraction` of the step."""
             v = z[-count:]
             return [*v, *acceleration(time, fraction, z[:-count], v)]
 
         return tableau.advanced(slopes, state, step)
 
+    return explicit_step
+
+
+def _position_first_step(
+    equations: Equations, acceleration: StageAcceleration, step: Any
+) -> SchemeStep:
+    """Returns the step that moves q with the old rates, then changes the rates."""
+    count = equations.count
+    drifted = equations.drifted
+
     def position_first_step(time: Any, state: StateParts) -> StateParts:
+        """Returns the state after a step."""
         v = state[-count:]
         q = drifted(state[:-count], v, step)
         return [*q, *advance_parts(v, acceleration(time, 0.0, q, v), step)]
 
+    return position_first_step
+
+
+def _euler_step(equations: Equations, acceleration: StageAcceleration, step: Any) -> SchemeStep:
+    """Returns the step of semi-implicit Euler, with its implicit damping and spring."""
+    count = equations.count
+    drifted = equations.drifted
+    implicit = equations.implicit
+
     def euler_step(time: Any, state: StateParts) -> StateParts:
+        """Returns the state after a step."""
         q = state[:-count]
         v = state[-count:]
         push = acceleration(time, 0.0, q, v)
@@ -81,8 +120,20 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
         v = advance_parts(v, push, length)
         return [*drifted(q, v, step), *v]
 
+    return euler_step
+
+
+def _leapfrog_step(
+    equations: Equations, acceleration: StageAcceleration, step: Any
+) -> SchemeStep:
+    """Returns the step of half a kick, a drift, and half a kick by the accelerations after the
+    drift. All damping in the second half kick is implicit."""
+    count = equations.count
+    drifted = equations.drifted
+    implicit = equations.implicit
+
     def leapfrog_step(time: Any, state: StateParts) -> StateParts:
-        # Half a kick, a drift, and half a kick by the accelerations after the drift.
+        """Returns the state after a step."""
         half = step / 2
         q = state[:-count]
         v = state[-count:]
@@ -94,47 +145,55 @@ def scheme_step(scheme: Scheme, equations: Equations, step: Any) -> SchemeStep:
             return [*q, *[x / (1.0 + half * damping) for x in kicked]]
 
         def kick(rates: StateParts) -> StateParts:
+            """Returns the rates after the second half kick by the accelerations at `rates`."""
             return advance_parts(v, acceleration(time, 1.0, q, rates), half)
 
         return [*q, *_fixed_point(kick, v)]
 
-    if tableau is not None:
-        return explicit_step
-    if scheme.position_first:
-        return position_first_step
-    return euler_step if scheme.integrator == EULER else leapfrog_step
+    return leapfrog_step
 
 
 def _fixed_point(kick: Callable[[StateParts], StateParts], start: StateParts) -> StateParts:
-    """Returns the rates r that satisfy r = `kick`(r), by a fixed-point iteration from `start`.
-
-    The iteration ends when its changes no longer shrink. Each iteration makes one more term of a
-    power series exact: series take as many iterations as they have terms.
-    """
+    """Returns the rates r that satisfy r = `kick`(r), by a fixed-point iteration from `start`."""
     if isinstance(start[0], Series):
+        # Each iteration makes one more term exact.
         return reduce(lambda rates, _: kick(rates), start[0].terms, start)
-    before: Any = np.inf
     if isinstance(start[0], float):
-        for _ in range(MAX_HALF_KICK_ITERATIONS):
-            rates = start
-            start = kick(start)
-            changes = [abs(after - rate) for after, rate in zip(start, rates, strict=True)]
-            change = max(changes)
-            if not 0.0 < change < before:
-                break
-            before = change
-        return start
-    rates_now: Any = np.array(start)
-    shrinks = np.ones(rates_now.shape[1:], dtype=bool)
+        return _fixed_point_of_numbers(kick, start)
+    return _fixed_point_of_arrays(kick, np.array(start))
+
+
+def _fixed_point_of_numbers(
+    kick: Callable[[StateParts], StateParts], rates: StateParts
+) -> StateParts:
+    """Returns the fixed point of `kick` near numbers `rates`. The iteration ends when its changes
+    no longer shrink."""
+    previous_change = math.inf
     for _ in range(MAX_HALF_KICK_ITERATIONS):
-        kicked = np.array(kick(rates_now))
-        change = np.abs(kicked - rates_now).max(axis=0)
-        rates_now = np.where(shrinks, kicked, rates_now)
-        shrinks &= (change > 0.0) & (change < before)
+        kicked = kick(rates)
+        changes = [abs(after - rate) for after, rate in zip(kicked, rates, strict=True)]
+        change = max(changes)
+        rates = kicked
+        if not 0.0 < change < previous_change:
+            break
+        previous_change = change
+    return rates
+
+
+def _fixed_point_of_arrays(kick: Callable[[StateParts], StateParts], rates: Any) -> StateParts:
+    """Returns the fixed points of `kick` near `rates`, shape (count, n). Each of the n iterations
+    ends when its changes no longer shrink."""
+    previous_change: Any = math.inf
+    shrinks = np.ones(rates.shape[1:], dtype=bool)
+    for _ in range(MAX_HALF_KICK_ITERATIONS):
+        kicked = np.array(kick(rates))
+        change = np.abs(kicked - rates).max(axis=0)
+        rates = np.where(shrinks, kicked, rates)
+        shrinks &= (change > 0.0) & (change < previous_change)
         if not shrinks.any():
             break
-        before = change
-    return [*rates_now]
+        previous_change = change
+    return [*rates]
 
 
 def whole_steps(times: Array, step: float) -> npt.NDArray[Any]:
@@ -151,7 +210,7 @@ def steps_until(times: Array, step: float, most: int = MAX_SCHEME_STEPS) -> Step
     if not 0 < int(marks[-1]) <= most:
         return None
     largest_offset = np.abs(times / step - marks).max()
-    return marks if largest_offset <= OFF + ULP * marks[-1] else None
+    return marks if largest_offset <= LARGEST_OFFSET + ULP * marks[-1] else None
 
 
 def states_after(

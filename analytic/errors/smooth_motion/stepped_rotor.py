@@ -47,7 +47,8 @@ from plumbob.analytic.reference import CACHED_RESULTS, Array
 from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED_SCHEMES, Scheme
 
 FORCE_ROUNDINGS = 8.0  # roundings of a force, whose parts an engine sums in an order of its own
-FORCES = (0, 1, 2, 4, 7)  # indices of the rotor's coefficients that are accelerations at 1 rad
+# indices of the rotor's coefficients that are accelerations at an angle of 1 rad
+ACCELERATION_COEFFICIENTS = (0, 1, 2, 4, 7)
 ComplexPhases = npt.NDArray[np.complex128]
 
 
@@ -122,10 +123,13 @@ def stepped_orbit(
 
     Steps begin at `start`, theta [rad] and theta_dot [rad/s]. `marks` are increasing numbers of
     steps, the bytes of integers. The imaginary parts are IMAGINARY_STEP times the response of the
-    states to rounding: of each coefficient by a unit in the last place, and of single steps of a
-    motion whose largest theta and theta_dot are `sizes`. One of these steps is the first. If
-    `slow_marks` is not zero, another one follows so many marks, where the motion is fast: a
-    rounding there changes the energy by far more than a rounding at a start next to a saddle."""
+    states to rounding. Each coefficient is changed by a unit in the last place, and one or two
+    states by the rounding of a step, for a motion whose largest theta and theta_dot are `sizes`.
+
+    The first of these states is the start. If `slow_marks` is not zero, the second follows after so
+    many marks, where the motion is fast: a rounding there changes the energy by far more than a
+    rounding at a start next to a saddle.
+    """
     advance, state = _stepper(
         rotor, 1.0 + 1j * IMAGINARY_STEP * ULP, start, scheme, step, cmath
     )
@@ -146,19 +150,19 @@ def stepped_orbit(
 def _nudged(
     rotor: DrivenRotor, time: float, state: StateParts, roundings: Sequence[float]
 ) -> list[Any]:
-    """Returns a state at a `time` [s] with its `roundings` as changes: imaginary parts of
-    IMAGINARY_STEP times their size.
+    """Returns a state at a `time` [s] in which each number is changed by its rounding, one of
+    `roundings`. The changes are imaginary parts: IMAGINARY_STEP times the rounding.
 
-    The changes reduce the energy: the rate falls, and the angle moves along the force. At rest the
+    All changes reduce the energy: the rate falls, and the angle moves along the force. At rest the
     rate changes along the force, too. A stronger pull also reduces the energy, relative to the
-    pull. The effects of the changed coefficients and of several changed states therefore add up.
+    pull. Therefore the effects of the changed coefficients and of several changed states add up.
     """
     theta, rate, *joint = state
     (force,) = rotor_acceleration(rotor, cmath)(rotor, time, (theta,), (rate,))
-    opposite = -force.real, rate.real or -force.real, *(part.real for part in joint)
+    subtracted_signs = -force.real, rate.real or -force.real, *(part.real for part in joint)
     changes = []
-    for part, direction, rounding in zip(state, opposite, roundings, strict=False):
-        changes.append(part - 1j * IMAGINARY_STEP * math.copysign(rounding, direction))
+    for part, sign, rounding in zip(state, subtracted_signs, roundings, strict=False):
+        changes.append(part - 1j * IMAGINARY_STEP * math.copysign(rounding, sign))
     return changes
 
 
@@ -169,7 +173,7 @@ def _state_rounding(
 
     The motion reaches up to `theta` [rad] and `rate` [rad/s].
     """
-    force = sum(abs(astuple(rotor)[i]) for i in FORCES)
+    force = sum(abs(astuple(rotor)[i]) for i in ACCELERATION_COEFFICIENTS)
     theta_rounding = ROUNDOFF * theta + ULP * step * rate
     rate_rounding = ROUNDOFF * rate + FORCE_ROUNDINGS * ULP * step * force
     if scheme.jointed_moment:  # the rounding of the joint's impulse turns the bob
@@ -209,7 +213,7 @@ def _stepper(
     if scheme.joint_closing_rate is None:
         return scheme_step(scheme, equations, step), start
     closing = scheme.joint_closing_rate
-    (theta, theta_dot) = start
+    theta, theta_dot = start
     weight_only = rotor.conservative and not rotor.cos
     joint = _Joint(
         acceleration=None if weight_only else equations.acceleration,

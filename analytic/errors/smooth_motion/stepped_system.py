@@ -36,11 +36,15 @@ def smooth_errors(
     """Returns the errors of the schemes of STEPPED_SCHEMES on `motion`.
 
     `soft` gives the equations of a softly closed loop at a step [s]. `implicit` gives the damping
-    and stiffness of one coordinate that act on the state after a step. The errors are empty for
-    other schemes, for other implicit damping or springs, for more than MAX_SYSTEM_STEPS steps, for
-    times that are no multiples of the step, and if the steps diverge."""
+    and stiffness of one coordinate that act on the state after a step.
+
+    The errors are empty for other schemes, for implicit damping or springs that `implicit` does not
+    give, for more than MAX_SYSTEM_STEPS steps, for times that are no multiples of the step, and if
+    the steps diverge.
+    """
 
     def error(scheme: Scheme, step: float, times: Array) -> Signals:
+        """Returns the error of each observable at `times` [s]."""
         marks = steps_until(times, step, MAX_SYSTEM_STEPS)
         system = motion.system
         if scheme.loop is not None and soft is not None:
@@ -80,6 +84,7 @@ def system_step(
         return None
 
     def acceleration(time: Any, q: StateParts, v: StateParts) -> StateParts:
+        """Returns q''."""
         return system.acceleration(time, q, v, values)
 
     equations = Equations(acceleration, len(system.rates), implicit_at_end)

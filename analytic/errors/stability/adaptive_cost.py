@@ -28,8 +28,9 @@ def stability_interval(tableau: Tableau, direction: complex) -> float:
     """Returns the largest |z| along a `direction` of the complex plane up to which a step is
     stable.
 
-    A step is stable if STABLE_STEPS of it grow by no more than LOST_GROWTH, so that |R(z)| is about
-    1 or less. The direction is -1 for a mode that decays, i for a mode that oscillates."""
+    The direction is -1 for a mode that decays, i for a mode that oscillates. A step is stable if
+    STABLE_STEPS of it grow by LOST_GROWTH at most: |R(z)| is about 1 or less.
+    """
     distances = np.linspace(0.0, FARTHEST, TESTED_PRODUCTS + 1)[1:]
     points = np.asarray(distances * (direction / abs(direction)), dtype=np.complex128)
     growth = np.abs(stability_function(tableau, points))

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 
-EXPONENTIAL = 3.0  # e-folds in the second half of a motion that make its growth exponential
+# e-folds in the second half of a motion above which its growth is exponential
+EXPONENTIAL_FOLDS = 3.0
 GROWTH_TO_MOTION_SIZE = 1e6  # growth at which a nudge of 1e-6 is as large as the motion
 FLOW_SAMPLES_PER_PERIOD = 40  # samples in a fastest period
 APERIODIC_PERIODS = 30  # fastest periods for which an aperiodic motion is followed
@@ -87,7 +88,7 @@ def growth_along(
         largest_gain = np.linalg.norm(growth_per_period, ord=2, axis=(1, 2)).max()
         return FlowGrowth(times, largest, slope=float(largest_gain) / until)
     folds_in_second_half = math.log(norms[-1] / norms[len(norms) // 2])
-    if folds_in_second_half > EXPONENTIAL:
+    if folds_in_second_half > EXPONENTIAL_FOLDS:
         return FlowGrowth(times, largest, exponent=2.0 * folds_in_second_half / until)
     if folds_in_second_half > 0.0:
         return FlowGrowth(times, largest, slope=float(norms[-1]) / until)

@@ -22,11 +22,12 @@ EVALUATION_FACTOR = 2.0  # factor from one evaluation's duration to the next
 # e-folds: an uncertainty of 1e-10 has grown to the size of the orbit
 LARGEST_GROWTH_EXPONENT = 23.0
 ORBIT_SAMPLES_PER_PERIOD = 48  # samples in a fastest period
-BEGUN = 8.0  # the envelope is fitted from this part of the run on: one eighth
-# An error dies away if its last quarter stays below the fraction DIES of its largest value. It is
-# constant if its first half reaches more than the fraction STAYS of its largest value. Both are
-# calibrated on damped, forced and rotating motions (test_long_runs.py).
-DIES, STAYS = 0.5, 0.85
+UNFITTED_PART = 8.0  # the envelope is not fitted to the first eighth of the run
+# Both are calibrated on damped, forced and rotating motions (test_long_runs.py).
+# An error decays if its last quarter stays below this fraction of its largest value.
+DECAYING_BELOW = 0.5
+# An error is constant if its first half exceeds this fraction of its largest value.
+CONSTANT_ABOVE = 0.85
 
 
 def long_run_by_series(
@@ -82,12 +83,14 @@ def _extrapolated_run(times: Array, relative_error: Array, exponent: float) -> L
     rate = linear if growth == "linear" else quadratic
     if exponent:
         growth, rate = "exponential", exponent
-    elif largest_in_last_quarter < DIES * largest:
+    elif largest_in_last_quarter < DECAYING_BELOW * largest:
         growth, rate = "decaying", 0.0
-    elif largest_in_first_half > STAYS * largest:
+    elif largest_in_first_half > CONSTANT_ABOVE * largest:
         growth, rate = "constant", 0.0
 
     def time_of_level(level: float) -> float:
+        """Returns the time [s] at which the relative error first reaches a `level`; infinite if it
+        never does."""
         above = np.flatnonzero(relative_error >= level)
         if above.size:
             return float(times[above[0]])
@@ -110,7 +113,7 @@ def _envelope(times: Array, relative_error: Array) -> tuple[float, float, float]
     from scipy.optimize import lsq_linear
 
     until = times[-1]
-    fitted = times > until / BEGUN
+    fitted = times > until / UNFITTED_PART
     largest_so_far = np.maximum.accumulate(relative_error)[fitted]
     powers = np.vander(times[fitted] / until, 3, increasing=True)
     lowest = [-np.inf, 0.0, 0.0]  # smallest values of the coefficients

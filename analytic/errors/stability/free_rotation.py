@@ -54,7 +54,7 @@ from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ANGULAR_VELOCITY_NAMES
 
 ROTATION_SAMPLES = 257  # samples along the exact motion
-ANY = 1e300  # allowed growth beyond which only a diverged run grows
+ANY_GROWTH = 1e300  # allowed growth that only a diverged run exceeds
 # multiple of the largest possible angular velocity: the run has diverged
 DIVERGED_VELOCITY_FACTOR = 10.0
 START_ATTITUDE = (1.0, 0.0, 0.0, 0.0)  # attitude at time 0
@@ -159,18 +159,20 @@ class FreeRotationStability:
         return long_run_by_series(series, scales, step, fastest, exponent=exponent)
 
     def _by_iteration(self) -> tuple[StepLimit, ...]:
-        """Returns the limit of leapfrog, whose implicit half step is solved by iteration.
+        """Returns the limit of leapfrog, whose implicit half step is solved by a fixed-point
+        iteration.
 
-        The fixed-point iteration contracts up to a step of 2 over the largest rate of the
-        linearised motion. At a smaller step the error left by the iteration may already drive the
-        motion out of this range: then that step is the limit. If the half step were solved exactly,
+        The iteration contracts up to a step of 2 over the largest rate of the linearised motion. At
+        a smaller step the error that the iteration leaves may already drive the motion out of the
+        range where it contracts: then that step is the limit. If the half step were solved exactly,
         leapfrog would have no limit.
         """
         fastest = float(np.abs(eigenvalues(self.motion, self._states, 3)).max())
         largest = 2.0 / fastest if fastest else math.inf
         if not self.equilibrium:
             diverged_only = replace(
-                self._stepped_motion(LEAPFROG), growth=lambda times: np.full_like(times, ANY)
+                self._stepped_motion(LEAPFROG),
+                growth=lambda times: np.full_like(times, ANY_GROWTH),
             )
             largest = min(largest, limits_near(diverged_only, largest, FIRST_PASS_RUN_STEPS)[0])
         why = "the implicit half step's fixed-point iteration no longer contracts at"
@@ -186,6 +188,7 @@ class FreeRotationStability:
         (rates,) = eigenvalues(self.motion, self._states[:, :1], size)
 
         def matrices(steps: Array) -> Array:
+            """Returns the matrix of one step of each size in `steps` [s]."""
             return jacobians(*motion.begin(steps), len(steps))
 
         largest = largest_step(matrices, rates, self.rate)
@@ -200,6 +203,7 @@ class FreeRotationStability:
         start = [*self.body.angular_velocity, *attitude]
 
         def begin(steps: Array) -> tuple[SchemeStep, StateParts]:
+            """Returns the scheme's step for `steps` [s], shape (n,), and the initial state."""
             complex_steps = steps.astype(complex)  # spares a conversion in each operation
             return rotation_step(self.body, Scheme(integrator), complex_steps), start
 

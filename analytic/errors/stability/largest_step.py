@@ -53,11 +53,12 @@ def run_length(steps: Array, fastest: float) -> npt.NDArray[np.int64]:
 
 
 def excess_growth(matrices: Matrices, rates: EigenvalueRates, steps: Array) -> Array:
-    """Returns the largest excess of a mode's growth in a step over the exact growth, shape (n,).
+    """Returns by how much a mode grows more in a step than in the exact motion, for the worst mode,
+    shape (n,).
 
-    The growth is the logarithm of the factor in one step of size `steps` [s], shape (n,). `rates`
-    [1/s] are the eigenvalues of the exact flow. Modes of the step and of the flow are matched in
-    the order of their growth (eq. 13.3).
+    Growth is the logarithm of the factor in one step of size `steps` [s], shape (n,). `matrices`
+    gives the steps' matrices, `rates` [1/s] are the eigenvalues of the exact flow. The modes of the
+    step and of the flow are matched in the order of their growth (eq. 13.3).
     """
     with np.errstate(divide="ignore"):
         growth = np.log(np.abs(np.linalg.eigvals(matrices(steps))))
@@ -84,6 +85,7 @@ def largest_step(
     rate = float(np.abs(rates).max()) if rate is None else rate
 
     def fails(steps: Array) -> StableMarks:
+        """Returns which of `steps` [s] add growth to a mode, shape (n,)."""
         counts = run_length(steps, math.tau / rate)
         return counts * excess_growth(matrices, rates, steps) > math.log(factor)
 
@@ -98,9 +100,11 @@ def largest_lasting_step(matrices: Matrices, rates: EigenvalueRates) -> float:
     rate = float(np.abs(rates).max())
 
     def fails(steps: Array) -> StableMarks:
-        radius = np.abs(np.linalg.eigvals(matrices(steps))).max(axis=1)
+        """Returns which of `steps` [s] damp the swing to rest, shape (n,)."""
+        spectral_radius = np.abs(np.linalg.eigvals(matrices(steps))).max(axis=1)
         counts = run_length(steps, math.tau / rate)
-        return np.asarray(0.75 * counts * np.log(radius) < math.log(RESTING_SWING_FRACTION))
+        log_swing = 0.75 * counts * np.log(spectral_radius)
+        return np.asarray(log_swing < math.log(RESTING_SWING_FRACTION))
 
     return first_failing_step(fails, rate)
 
@@ -119,6 +123,7 @@ def first_failing_step(fails: Callable[[Array], StableMarks], rate: float) -> fl
     held, failed = map(float, steps[[max(failing[0] - 1, 0), failing[0]]])
 
     def middle(held: float, failed: float) -> float | None:
+        """Returns the geometric mean of two steps [s]; None if they agree to 1e-12."""
         return math.sqrt(held * failed) if failed / held - 1.0 > 1e-12 else None
 
     return bisected(lambda step: not fails(np.array([step]))[0], held, failed, middle)[0]

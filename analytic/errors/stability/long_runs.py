@@ -61,9 +61,11 @@ class PeriodicMotion:
         repeating = (error["theta"] - drifting)[:TIME_SAMPLES_PER_PERIOD] / scale
         sign = math.copysign(1.0, time_ahead[0] or time_ahead[1])
         shifts = self._time_shifts(observed["theta"] / scale, repeating, sign)
-        level_times = {level: _time_of_shift(time_ahead, x) for level, x in shifts.items()}
-        later = [time for time in level_times.values() if 0.0 < time < math.inf]
-        growth, rate = _growth(time_ahead, later[0] if later else self.period)
+        level_times = {}
+        for level, shift in shifts.items():
+            level_times[level] = _time_of_shift(time_ahead, shift)
+        finite_times = [time for time in level_times.values() if 0.0 < time < math.inf]
+        growth, rate = _growth(time_ahead, finite_times[0] if finite_times else self.period)
         return LongRun(growth, rate, self._energy_rate(scheme, step), level_times)
 
     def _error(self, scheme: Scheme, step: float, times: Array) -> Signals:
@@ -107,11 +109,12 @@ class PeriodicMotion:
     def _time_shifts(
         self, theta: Array, repeating: Array, sign: float
     ) -> Mapping[float, float]:
-        """Returns the smallest time ahead [s] at which the error reaches each of LEVELS.
+        """Returns for each of LEVELS the smallest time ahead [s] at which the error reaches that
+        level.
 
-        `theta` is the exact angle, `repeating` the error that repeats in each period, both over
-        their scale. `sign` is the sign of the time ahead. If no shift up to half a period reaches a
-        level, the time ahead is infinite.
+        `theta` is the exact angle over some periods, `repeating` the part of the error that repeats
+        in each period; both are over the error's scale. `sign` is the sign of the time ahead. If no
+        time up to half a period reaches a level, the result for this level is infinite.
         """
         # not zero for a rotation
         mean_rate = (theta[TIME_SAMPLES_PER_PERIOD] - theta[0]) / self.period
@@ -145,9 +148,11 @@ def _growth(time_ahead: Array, time: float) -> tuple[Growth, float]:
     return ("linear" if linear else "constant"), linear
 
 
-def _time_of_shift(ahead: Array, shift: float) -> float:
+def _time_of_shift(time_ahead: Array, shift: float) -> float:
     """Returns the first positive time t [s] at which |b t^2 + a t| is `shift` [s]; infinite if
-    there is none. `ahead` holds b and a."""
-    roots = np.concatenate([np.roots(np.append(ahead, side * shift)) for side in (1.0, -1.0)])
+    there is none. `time_ahead` holds b and a."""
+    roots = np.concatenate(
+        [np.roots(np.append(time_ahead, sign * shift)) for sign in (1.0, -1.0)]
+    )
     real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)]
     return float(real.min()) if real.size and math.isfinite(shift) else math.inf

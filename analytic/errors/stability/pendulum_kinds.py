@@ -20,10 +20,10 @@ from plumbob.analytic.reference import Array, Signals
 # swings faster by 1/sqrt(1 - (h omega)^2/4), which is 10 at h omega = 1.99. Its limit of h omega =
 # 2 is therefore found to 1 %.
 IRREGULAR_SWING_RATIO = 10.0
-CALM = 0.5  # fraction of its largest speed below which a damped motion has settled
+SETTLED_SPEED = 0.5  # fraction of its largest speed below which a damped motion has settled
 WHOLE_TURN = 2.0 * np.pi  # [rad]
-# Kinds whose change is a failure, by their first words.
-JUDGED = ("libration", "rotation", "at rest", "settles")
+# A change from one of these kinds is a failure. Kinds are given by their first words.
+JUDGED_KINDS = ("libration", "rotation", "at rest", "settles")
 
 
 @dataclass(frozen=True)
@@ -58,16 +58,16 @@ class PendulumKinds:
         """
         theta = observed["theta"]
         rate = observed["theta_dot"]
-        last = slice(-(len(theta) // 4) or None, None)  # the last quarter
+        last_quarter = slice(-(len(theta) // 4) or None, None)
         if not (np.isfinite(theta).all() and np.isfinite(rate).all()):
             return "lost"
         if not self.rotor.autonomous:
             return "forced"
         wells = np.unique(self.wells(theta))
-        last_wells = np.unique(self.wells(theta[last]))
-        last_speed = np.abs(rate[last]).max()
+        last_wells = np.unique(self.wells(theta[last_quarter]))
+        last_speed = np.abs(rate[last_quarter]).max()
         if self.rotor.damping_rate:
-            if len(last_wells) == 1 and last_speed <= CALM * self.speed:
+            if len(last_wells) == 1 and last_speed <= SETTLED_SPEED * self.speed:
                 return f"settles in well {last_wells[0]:.0f}"
             return "irregular"
         if last_speed <= RESTING_SWING_FRACTION * self.speed:

@@ -26,7 +26,7 @@ from plumbob.analytic.errors.stability.largest_step import (
     largest_step,
 )
 from plumbob.analytic.errors.stability.long_runs import PeriodicMotion, kinetic_energy
-from plumbob.analytic.errors.stability.pendulum_kinds import JUDGED, PendulumKinds
+from plumbob.analytic.errors.stability.pendulum_kinds import JUDGED_KINDS, PendulumKinds
 from plumbob.analytic.errors.stability.stepped_growth import (
     SteppedMotion,
     limits_by_steps,
@@ -44,9 +44,9 @@ SMALL_CURVATURE_CHANGE = 1e-3
 ORBIT_SAMPLES = 512  # samples of the orbit
 # time constants after which a damped motion is at rest, or a forced one repeats
 SETTLING_TIME_CONSTANTS = 10.0
-# If a nudge grows more than this in a period, the motion passes close to a saddle. The time ahead
-# of (13.7) is linear in the error and does not describe such a motion.
-PASSES = 30.0
+# Growth of a nudge in a period above which the motion passes close to a saddle. The time ahead of
+# (13.7) is linear in the error and does not describe such a motion.
+SADDLE_PASSAGE_GROWTH = 30.0
 
 
 @dataclass(frozen=True)
@@ -122,15 +122,14 @@ class PendulumStability:
     @cached_property
     def kind(self) -> str:
         """The exact motion's kind."""
-        count = 20.0 if math.isfinite(self.period) else 1.0
-        return self.kinds(
-            self.exact.observe(np.linspace(0.0, count * self._span, ORBIT_SAMPLES))
-        )
+        spans = 20.0 if math.isfinite(self.period) else 1.0
+        times = np.linspace(0.0, spans * self._span, ORBIT_SAMPLES)
+        return self.kinds(self.exact.observe(times))
 
     def kind_of(self, observed: Signals) -> str:
         """Returns the kind of motion, see `StabilityTheory`; if the exact motion's kind is not
         judged, always the exact motion's kind."""
-        return self.kinds(observed) if self.kind.startswith(JUDGED) else self.kind
+        return self.kinds(observed) if self.kind.startswith(JUDGED_KINDS) else self.kind
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         """See `StabilityTheory`."""
@@ -156,11 +155,10 @@ class PendulumStability:
     def lasts(self) -> float:
         """Time [s] until a damped motion is at rest: SETTLING_TIME_CONSTANTS time constants of the
         mode with the least damping, see `StabilityTheory`."""
-        if self.rotor.damping_rate and not self.growth.exponent:
-            return SETTLING_TIME_CONSTANTS / max(
-                float(np.abs(self._rates.real).min()), IMAGINARY_STEP
-            )
-        return math.inf
+        if not self.rotor.damping_rate or self.growth.exponent:
+            return math.inf
+        least_damping = float(np.abs(self._rates.real).min())
+        return SETTLING_TIME_CONSTANTS / max(least_damping, IMAGINARY_STEP)
 
     def energy(self, observed: Signals) -> Array:
         """Returns the energy over the largest kinetic energy of the exact motion, see
@@ -172,8 +170,9 @@ class PendulumStability:
         self, scheme: Scheme, step: float, scales: Mapping[str, float]
     ) -> LongRun | None:
         """See `StabilityTheory`."""
-        passes = math.isfinite(self.period) and self.growth.largest[-1] > PASSES
-        if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes:
+        growth_in_period = self.growth.largest[-1] if math.isfinite(self.period) else 0.0
+        passes_saddle = growth_in_period > SADDLE_PASSAGE_GROWTH
+        if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes_saddle:
             motion = PeriodicMotion(self.errors, self.repeats_after)
             return motion.long_run(scheme, step, scales["theta"])
         run = long_run_by_series(
@@ -184,7 +183,7 @@ class PendulumStability:
             lasts=self.lasts,
             exponent=float(self.growth.exponent),
         )
-        if passes and run and run.times[LEVELS[0]] < self.period:
+        if passes_saddle and run and run.times[LEVELS[0]] < self.period:
             exponent = math.log(float(self.growth.largest[-1])) / self.period
             return replace(run, growth="exponential", rate=exponent)
         return run
@@ -195,6 +194,7 @@ class PendulumStability:
         middle = (float(np.mean(self._orbit[0])), 0.0)
 
         def matrices(steps: Array) -> Array:
+            """Returns the matrix of one step of each size in `steps` [s]."""
             return jacobians(*many_steps(self.rotor, middle, scheme, steps), len(steps))
 
         rates = self._rates[-1]
@@ -239,9 +239,11 @@ def pendulum_stability(
     theory = PendulumStability(rotor, start, exact, period)
 
     def with_rotor_angle(observed: Signals) -> Signals:
+        """Returns the observables with the rotor's angle as theta."""
         return {**observed, "theta": observed["theta"] + tilt}
 
     def energy(observed: Signals) -> Array:
+        """Returns the energy over its scale."""
         return theory.energy(with_rotor_angle(observed))
 
     return StabilityTheory(

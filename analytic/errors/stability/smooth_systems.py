@@ -100,6 +100,7 @@ class SmoothStability:
             return ()
 
         def begin(steps: Array) -> tuple[SchemeStep, StateParts]:
+            """Returns the scheme's step for `steps` [s], shape (n,), and the initial state."""
             advance = system_step(scheme, system, steps)
             assert advance is not None
             return advance, system.start.tolist()

@@ -33,8 +33,8 @@ from plumbob.analytic.stability import (
 )
 
 NUDGE_SAMPLES = 256  # samples of nudge and kind along a run
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)  # golden ratio
-COARSE = 48  # step sizes of the first pass
+GOLDEN_RATIO = 0.5 * (math.sqrt(5.0) - 1.0)
+FIRST_PASS_SIZES = 48  # number of step sizes in the first pass
 FIRST_PASS_RUN_STEPS = 1000  # steps of a run in the first pass
 # The second pass tests steps down to a factor TRIAL_STEP_RATIO**140 = 4 below the first failure.
 STEPS_BELOW_FAILURE = 140
@@ -121,7 +121,7 @@ def sample_steps(count: int) -> list[int]:
     would show a swing as if it were at rest.
     """
     marks = np.arange(1, NUDGE_SAMPLES + 1)
-    marks = marks - (marks * GOLDEN) % 1.0
+    marks = marks - (marks * GOLDEN_RATIO) % 1.0
     uneven = np.unique(np.ceil(marks * count / NUDGE_SAMPLES))
     return [int(n) for n in uneven if n < count] + [count]
 
@@ -161,9 +161,12 @@ def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
 
 
 def step_limit(kind: FailureKind, step: float, how: str, rate: float) -> StepLimit:
-    """Returns the record of a limit at a `step` [s]. The step is 0 if every step tried is too
-    large, and infinite if none is. `how` begins the reason, such as "the motion is no longer a
-    libration at". The reason gives the step as h omega, for the motion's fastest `rate` [rad/s]."""
+    """Returns the record of a limit at a `step` [s].
+
+    The step is 0 if every step tried is too large, and infinite if none is. `how` begins the
+    reason, such as "the motion is no longer a libration at". The reason goes on with the step as h
+    omega, for the motion's fastest `rate` [rad/s].
+    """
     if math.isinf(step):
         reason = "no step tried is too large"
     elif step == 0.0:
@@ -176,12 +179,15 @@ def step_limit(kind: FailureKind, step: float, how: str, rate: float) -> StepLim
 def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     """Returns the steps [s] below which all steps are stable, and below which all keep the kind.
 
-    A limit is infinite if no step of FIRST_PASS_STEPS fails, zero if all fail. If the kind changes
-    before any step is unstable, the first limit is NaN, because the motion that is stable at larger
-    steps is another motion. Windows of failure are missed if they are narrower than the grid's
-    factor: 1.13, and 1.04 within STEPS_BELOW_FAILURE of the limit."""
-    steps = np.geomspace(*FIRST_PASS_STEPS, COARSE) * motion.fastest
-    _, keeps_kind = trial_results(motion, steps, np.full(COARSE, FIRST_PASS_RUN_STEPS))
+    A limit is infinite if no step of FIRST_PASS_STEPS fails, and zero if all fail. If the kind
+    changes before any step is unstable, the first limit is NaN: the motion that is stable at larger
+    steps is another motion. A window of failing steps is missed if it is narrower than the grid's
+    factor: 1.13, and 1.04 within STEPS_BELOW_FAILURE of the limit.
+    """
+    steps = np.geomspace(*FIRST_PASS_STEPS, FIRST_PASS_SIZES) * motion.fastest
+    _, keeps_kind = trial_results(
+        motion, steps, np.full(FIRST_PASS_SIZES, FIRST_PASS_RUN_STEPS)
+    )
     fails = min(_first_failure(steps, keeps_kind)[1], steps[-1])
     unstable, changed = limits_near(motion, fails)
     while changed == 0.0 and fails > steps[0]:
@@ -195,11 +201,13 @@ def first_failures(motion: SteppedMotion) -> tuple[float, float]:
 def limits_near(
     motion: SteppedMotion, fails: float, most: int | None = None
 ) -> tuple[float, float]:
-    """Returns the limits of stability and of kind [s] among the steps just below `fails` [s].
+    """Returns the limits of stability and of kind [s] among the steps just below a step that
+    `fails` [s].
 
-    The steps go from `fails` down to TRIAL_STEP_RATIO**STEPS_BELOW_FAILURE below it. Runs have
-    `most` steps; if it is None, `run_length`. A limit is infinite if all steps hold, zero if none
-    does."""
+    The steps go down from `fails` by a factor of TRIAL_STEP_RATIO**STEPS_BELOW_FAILURE. Runs have
+    `most` steps; if it is None, `run_length`. A limit is infinite if all steps hold, and zero if
+    none does.
+    """
     last = exponent(fails / motion.fastest, TRIAL_STRIDE) + TRIAL_STRIDE
     steps = motion.fastest * TRIAL_STEP_RATIO ** np.arange(
         last - STEPS_BELOW_FAILURE, last + 1.0, TRIAL_STRIDE

@@ -120,10 +120,13 @@ class FreeBody:
         )
 
     def uncertainty(self, times: Array) -> Signals:
-        """Change of each observable at `times` [s], shape (n,), for one unit in the last place of
-        every input, of the times, and of the angular momentum where it is nearest to an axis. The
-        last one is needed near the unstable axis: the start has small components, whose roundings
-        are small, but later roundings are larger. The closed form's own rounding is added."""
+        """Change of each observable at `times` [s], shape (n,), by rounding: by one unit in the
+        last place of every input, of the times, and of the angular momentum where it is nearest to
+        an axis. The rounding of the closed form itself is added.
+
+        The rounding of the angular momentum is needed near the unstable axis: the start has small
+        components, whose roundings are small, but roundings at later times are larger.
+        """
         rotation = self.rotation
         times = np.asarray(times, dtype=np.float64)
         states = rotation.state(times)
@@ -161,9 +164,11 @@ class FreeBody:
 
     def _change(self, times: Array) -> float:
         """Returns a relative change of the inputs to which the motion responds linearly up to the
-        last of `times` [s]. It is at least ULP. It shrinks with the time: if two moments are nearly
-        equal, their difference makes a rate grow evenly, and the attitude's response grows as the
-        square of the time."""
+        last of `times` [s]; at least ULP.
+
+        The change shrinks with the time. If two moments are nearly equal, their difference makes a
+        rate grow evenly, so that the response of the attitude grows as the square of the time.
+        """
         constants = self.rotation.constants
         distance = 1.0 if constants is None else float(double(constants.b / constants.a))
         angle = self.fastest * float(np.max(np.abs(times), initial=0.0))

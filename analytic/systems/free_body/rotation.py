@@ -167,7 +167,7 @@ def _constants_for(
     `axes` are the axes c, m and o: the momentum goes round c, m has the middle moment of inertia,
     and o is the third axis. `high` is the axis of the largest moment of inertia.
     """
-    (c, middle, o) = axes
+    c, middle, o = axes
     d_co = _inverse_difference(body, c, o)
     d_cm = _inverse_difference(body, c, middle)
     alpha, beta = _alpha_and_beta(body, axes)
@@ -198,7 +198,7 @@ def _constants_for(
 
 def _alpha_and_beta(body: Rotation, axes: tuple[int, int, int]) -> tuple[Quad, Quad]:
     """Returns alpha and beta of the module's docstring, with the `axes` c, m and o."""
-    (c, middle, o) = axes
+    c, middle, o = axes
     squares = body.momentum * body.momentum
     d_co = _inverse_difference(body, c, o)
     d_cm = _inverse_difference(body, c, middle)
@@ -213,7 +213,7 @@ def _signs(
 ) -> tuple[float, tuple[float, float]]:
     """Returns the sign of l_c, and the signs of l_m and l_o if sn and cn are positive, with the
     `axes` c, m and o; `high` is the axis of the largest moment."""
-    (c, middle, o) = axes
+    c, middle, o = axes
     signs = [1.0 if component >= 0 else -1.0 for component in body.momentum]
     sign_m = signs[c] * signs[o]
     if (middle - high) % 3 == 1:

@@ -193,7 +193,7 @@ class LineMotion(LinearResponse):
         times rounded to double and by the arithmetic. It is of first order: the magnitudes of all
         terms are added, and it grows with the repetitions."""
         capsule = self.single.capsule
-        (repetitions, _, _) = self._phase_at(times)
+        repetitions, _, _ = self._phase_at(times)
         roundings = np.where(repetitions > 0.0, SHIFT_ROUNDINGS, 2.0)
         time_error = roundings * np.abs(np.asarray(times, dtype=float))
         if self.count == 1:

@@ -45,16 +45,13 @@ def fastest_speed(capsule: Capsule, stroke: float) -> float:
     return _speed_unit(capsule, stroke) / (2.0 * math.sqrt(2.0) + 4.0)
 
 
-def fastest_manoeuvre(
-    capsule: Capsule, w1: float, stroke: float, direction: float = 0.0
-) -> LineManoeuvre:
-    """Returns the fastest manoeuvre of `stroke` [m] with the acceleration `w1` [m/s^2], in the
-    middle of its line at `direction` [rad]. Raises ParameterError."""
+def fastest_manoeuvre(capsule: Capsule, w1: float, stroke: float) -> LineManoeuvre:
+    """Returns the fastest manoeuvre of `stroke` [m] with the acceleration `w1` [m/s^2], along the
+    body's x axis and in the middle of the longest stroke. Raises ParameterError."""
     w2 = capsule.holding_acceleration
     t1 = math.sqrt(2.0 * w2 * positive("stroke", stroke) / (positive("w1", w1) * (w1 + w2)))
-    low, high = longest_stroke(capsule, direction)
-    start = 0.5 * (low + high - stroke)
-    return LineManoeuvre(capsule, w1, w2, t1, direction=direction, start=start)
+    low, high = longest_stroke(capsule, 0.0)
+    return LineManoeuvre(capsule, w1, w2, t1, start=0.5 * (low + high - stroke))
 
 
 def _speed_unit(capsule: Capsule, stroke: float) -> float:

@@ -100,7 +100,7 @@ class RepeatedTurn:
         """Returns pose and velocity of the body at `times` [s], shape (n,)."""
         turns, local = self._local_times(times)
         pose = self.single.at(local)
-        (shift, angle) = self._change_per_turn
+        shift, angle = self._change_per_turn
         facing = np.exp(1j * angle * turns)
         if angle == 0.0:
             base = shift * turns
@@ -121,7 +121,7 @@ class RepeatedTurn:
         an error of heading rotates all later displacements."""
         single = self.single.error
         n = self.count
-        (shift, _) = self._change_per_turn
+        shift, _ = self._change_per_turn
         heading_error = n * float(single.heading[0])
         fastest = self.single.at(np.array([self.manoeuvre.half_time]))
         speed = float(np.abs(fastest.velocity).max())

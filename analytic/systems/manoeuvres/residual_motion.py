@@ -13,6 +13,7 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import positive
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 from plumbob.analytic.systems.capsule import (
+    NORMAL_FORCES,
     Capsule,
     PlanePoint,
     by_support,
@@ -80,14 +81,16 @@ class ResidualMotion(SingleMotion, LinearResponse):
         and normal_force_1..3 [N] at `times` [s], shape (n,)."""
         position: Any
         velocity: Any
-        heading, heading_rate = self.distance_and_rate(np.asarray(times, dtype=np.float64))
+        distance, rate = self.distance_and_rate(np.asarray(times, dtype=np.float64))
         if self.centre is None:
             unit = cmath.rect(1.0, self.direction)
-            position = heading * unit
-            velocity = heading_rate * unit
-            heading = 0.0 * heading
-            heading_rate = 0.0 * heading_rate
-        else:
+            position = distance * unit
+            velocity = rate * unit
+            heading = 0.0 * distance
+            heading_rate = 0.0 * rate
+        else:  # the distance is the heading
+            heading = distance
+            heading_rate = rate
             arm = -complex(*self.centre) * np.exp(1j * heading)
             position = complex(*self.centre) + arm
             velocity = 1j * heading_rate * arm
@@ -106,21 +109,30 @@ class ResidualMotion(SingleMotion, LinearResponse):
         """Bound on the error of each observable [SI] at `times` [s], shape (n,), by parameters and
         times rounded to double and by the arithmetic."""
         rounding = POSITION_ROUNDINGS * ROUNDOFF
-        # For a turn about a centre the distance and the rate are an angle [rad] and its rate
-        # [rad/s].
+        # In a turn about a centre, the distance is an angle [rad] and the rate is its rate [rad/s].
         distance_error = rounding * abs(self.distance)
         rate_error = rounding * abs(self.rate)
-        load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
-        position, velocity, heading, heading_rate = distance_error, rate_error, 0.0, 0.0
-        if self.centre is not None:
+        if self.centre is None:
+            position = distance_error
+            velocity = rate_error
+            heading = heading_rate = 0.0
+        else:
             arm = math.hypot(*self.centre)
-            heading, heading_rate = distance_error, rate_error
             position = arm * (distance_error + rounding)
             velocity = arm * (rate_error + abs(self.rate) * (distance_error + rounding))
-        bounds = (position, position, velocity, velocity, heading, heading_rate, *3 * (load,))
-        names = self.observe(np.zeros(1))
-        constants = (np.full(np.shape(times), bound) for bound in bounds)
-        return dict(zip(names, constants, strict=True))
+            heading = distance_error
+            heading_rate = rate_error
+        load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
+        bounds = {
+            "x": position,
+            "y": position,
+            "velocity_x": velocity,
+            "velocity_y": velocity,
+            "heading": heading,
+            "heading_rate": heading_rate,
+            **dict.fromkeys(NORMAL_FORCES, load),
+        }
+        return {name: np.full(np.shape(times), bound) for name, bound in bounds.items()}
 
 
 def coasting(

@@ -248,6 +248,7 @@ def _correction(turn: TurnManoeuvre) -> TurnCorrection:
     from scipy.integrate import quad_vec
 
     def integrand(phase: float) -> Any:
+        """Returns the four accelerations at a `phase`."""
         return _accelerations(turn, np.array([phase]))[:, 0]
 
     integrals, _ = quad_vec(
@@ -280,9 +281,9 @@ def _correction(turn: TurnManoeuvre) -> TurnCorrection:
 
 
 def _accelerations(turn: TurnManoeuvre, phases: Array) -> ComplexForces:
-    """Returns the accelerations by friction at `phases`, shape (n,): that of the combined centre,
-    and the angular one, each followed by its product with the remaining time (2 - phase). Shape (4,
-    n)."""
+    """Returns four accelerations by friction at `phases`, shape (4, n): of the combined centre, and
+    the angular one; each is followed by its product with the remaining time (2 - phase), whose
+    integral is the displacement or the angle."""
     fraction = angle_fraction(phases)
     capsule = turn.capsule
     force, moment = leading_friction(turn, turn.start + turn.slider_angle * fraction)
@@ -317,10 +318,8 @@ def residual_limit(
     if speed == 0.0:
         return 0j, 0.0, 0.0
     # A stop from speed v turns the body by about v^2/(f g lever).
-    scale = (
-        float(np.sqrt(NEGLECTED_TURN_ROOT**2 * capsule.friction * capsule.gravity * lever))
-        / speed
-    )
+    square = NEGLECTED_TURN_ROOT**2 * capsule.friction * capsule.gravity * lever
+    scale = float(np.sqrt(square)) / speed  # lambda
     velocity_of_c = scale * (velocity - 1j * omega * arm)
     start = InitialVelocities((velocity_of_c.real, velocity_of_c.imag), scale * omega)
     slider = arm / capsule.mass_ratio

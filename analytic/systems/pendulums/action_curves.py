@@ -10,6 +10,7 @@ libration's orbit passes both ways.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,18 +49,26 @@ def branches(
     """
     numbers = _dense_numbers(points)
     curves = list[Branch]()
-    for name, start, low, high in _energy_ranges(potential, highest):
+    for energy_range in _energy_ranges(potential, highest):
+        low, high = energy_range.lowest, energy_range.highest
         if high > low:
             energies = low + (high - low) * numbers
-            curves.append(_branch(potential, inertia, name, float(start), energies))
+            start = float(energy_range.angle)
+            curves.append(_branch(potential, inertia, energy_range.name, start, energies))
     return tuple(curves)
 
 
-def _energy_ranges(
-    potential: TrigonometricPotential, highest: float
-) -> list[tuple[str, float, float, float]]:
-    """Returns for each branch its name, an angle [rad] of all its motions, and its lowest and
-    highest energy [J]."""
+class _EnergyRange(NamedTuple):
+    """Energies of the motions of one branch."""
+
+    name: str
+    angle: float  # [rad] an angle that all these motions pass
+    lowest: float  # [J]
+    highest: float  # [J]
+
+
+def _energy_ranges(potential: TrigonometricPotential, highest: float) -> list[_EnergyRange]:
+    """Returns the energies of each branch, up to the `highest` [J]."""
     critical = critical_points(potential)
     values = np.asarray(double(potential.value(critical)))
     curvatures = np.asarray(double(potential.curvature(critical)))
@@ -70,15 +79,18 @@ def _energy_ranges(
     names: tuple[str, ...] = ("in the well",)
     if len(wells) > 1:
         names = ("in the deeper well", "in the shallower well")
-    ranges = [(names[i], angles[w], values[w], barriers[0]) for i, w in enumerate(wells)]
+    ranges = []
+    for name, well in zip(names, wells, strict=False):
+        ranges.append(_EnergyRange(name, angles[well], values[well], barriers[0]))
+    deepest = angles[wells[0]]
     if len(barriers) > 1 and barriers[1] > barriers[0]:
-        ranges.append(("over both wells", angles[wells[0]], barriers[0], barriers[1]))
-    ranges.append(("rotation", angles[wells[0]], barriers[-1], highest))
+        ranges.append(_EnergyRange("over both wells", deepest, barriers[0], barriers[1]))
+    ranges.append(_EnergyRange("rotation", deepest, barriers[-1], highest))
     return ranges
 
 
 def _dense_numbers(points: int) -> Array:
-    """Returns numbers from NEAREST to 1 - NEAREST, dense at both ends."""
+    """Returns about `points` numbers from NEAREST_PART to 1 - NEAREST_PART, dense at both ends."""
     ends = np.geomspace(NEAREST_PART, 0.5, points // 2)
     return np.concatenate([ends, 1.0 - ends[-2::-1]])
 

@@ -60,15 +60,19 @@ class DrivenMotion:
         return {"theta": theta, "theta_dot": theta_dot}
 
     def uncertainty(self, times: Array) -> Signals:
-        """Error of each observable by double precision, shape (n,): the effect of rounded inputs,
-        plus the rounded result of a closed form. Without a closed form it is the difference of the
-        two methods, and LOST_MOTION_UNCERTAINTY beyond the certified time."""
+        """Error of each observable by double precision, shape (n,).
+
+        With a closed form it is the effect of rounded inputs and times, plus the rounding of the
+        result. Without one it is the difference of the two methods, and LOST_MOTION_UNCERTAINTY
+        beyond the certified time.
+        """
         if self.closed_form is None:
             known_until = self._known_until(times)
             errors = self.certified.uncertainty(np.minimum(times, known_until))
+            lost = times > known_until
             return {
-                n: np.where(times > known_until, LOST_MOTION_UNCERTAINTY, e)
-                for n, e in errors.items()
+                name: np.where(lost, LOST_MOTION_UNCERTAINTY, error)
+                for name, error in errors.items()
             }
         observed = self.observe(times)
         theta = observed["theta"]
@@ -82,8 +86,7 @@ class DrivenMotion:
         }
 
     def _known_until(self, times: Array) -> float:
-        """Returns the time [s] until which the motion is certified, of the range that `times`
-        covers."""
+        """Returns the time [s], up to the last of `times`, until which the motion is certified."""
         return self.certified.known_until(float(np.max(times, initial=0.0)))
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:

@@ -16,7 +16,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
 PERIOD_SAMPLES = 2**14  # samples of a period
-NOISE = 1e-15  # [rad] round-off of a coefficient
+COEFFICIENT_ROUNDOFF = 1e-15  # [rad] round-off of an amplitude
 
 
 def harmonic_amplitudes(motion: PendulumMotion) -> Array:
@@ -42,6 +42,6 @@ def harmonics_needed(motion: PendulumMotion, accuracies: Sequence[float]) -> tup
     """Returns, for each of `accuracies` relative to `angle_scale`, the number of harmonics after
     which the amplitudes of all further harmonics add up to at most that accuracy."""
     amplitudes = harmonic_amplitudes(motion)
-    amplitudes[amplitudes < 4 * NOISE] = 0.0
+    amplitudes[amplitudes < 4 * COEFFICIENT_ROUNDOFF] = 0.0
     tails = np.append(np.cumsum(amplitudes[::-1])[::-1], 0.0) / angle_scale(motion)
     return tuple(int(np.argmax(tails <= accuracy)) for accuracy in accuracies)

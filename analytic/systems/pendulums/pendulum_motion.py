@@ -81,19 +81,24 @@ class PendulumMotion:
         return self._solve(0.0)
 
     def _solve(self, change: float) -> EllipticMotion:
-        """Returns the closed form of the motion, or, if a relative `change` is given, of changed
-        motions. In each of these one input is changed that is not zero: a, b, c, the inertia, the
-        angle, or the speed (or excess). The change of a is `cancelled` times as large, that of the
-        inertia `inertia_roundings` times."""
+        """Returns the closed form of the motion if the `change` is 0, else of changed motions.
+
+        In each of these motions one input has a relative `change`: a, b, c, the inertia, the angle,
+        or the speed (or excess). Inputs that are zero are left out. The change of a is `cancelled`
+        times as large, the change of the inertia `inertia_roundings` times.
+        """
         v = self.potential
         angle = self.theta if self.theta_from_top is None else self.theta_from_top
         speed = self.theta_dot if self.excess is None else self.excess
         inputs = v.a, v.b, v.c, self.inertia, angle, speed
-        nonzero = np.flatnonzero([double(x) for x in inputs])
-        sizes = np.diag([self.cancelled, 1, 1, self.inertia_roundings, 1, 1])[:, nonzero]
-        changes = quad(change * sizes)[..., None] if change else [0.0] * 6
-        changed = zip(inputs, changes, strict=True)
-        return self._closed_form_for(*(quad(x) * (1 + quad(part)) for x, part in changed))
+        nonzero = np.flatnonzero([double(value) for value in inputs])
+        # one row for each input, one column for each changed motion
+        factors = np.diag([self.cancelled, 1, 1, self.inertia_roundings, 1, 1])[:, nonzero]
+        changes = quad(change * factors)[..., None] if change else [0.0] * 6
+        changed_inputs = []
+        for value, relative_change in zip(inputs, changes, strict=True):
+            changed_inputs.append(quad(value) * (1 + quad(relative_change)))
+        return self._closed_form_for(*changed_inputs)
 
     def _closed_form_for(
         self, a: Quad, b: Quad, c: Quad, inertia: Quad, angle: Quad, speed: Quad
@@ -221,10 +226,10 @@ class PendulumMotion:
         return {"theta": theta, "theta_dot": theta_dot}
 
     def uncertainty(self, times: Array) -> Signals:
-        """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), for one unit in
-        the last place of every input, of the times, and of the state where the motion is fastest.
-        The last one is needed near a saddle: the start is small there and so are its roundings, but
-        later roundings are larger.
+        """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), by rounding: by
+        one unit in the last place of every input, of the times, and of the state where the motion
+        is fastest. The rounding of that state is needed near a saddle: the start is small there and
+        so are its roundings, but later roundings are larger.
 
         If the start is given by `theta_from_top`, an engine starts at this angle rounded to double.
         The result is then the uncertainty of the rounded motion, plus the distance between the two
@@ -269,26 +274,33 @@ class PendulumMotion:
 
     def _rounding_effect(self, times: Array, angles: Array) -> Array:
         """Returns the changes of theta and theta_dot at `times` [s], shape (2, n), by a rounding of
-        theta and of theta_dot at the time when the motion is fastest. `angles` [rad], shape (n,),
+        theta and a rounding of theta_dot when the motion is fastest. `angles` [rad], shape (n,),
         are theta at `times`."""
         time, theta, rate = self._fastest_state
-        # The rounding of an angle, and so of the force, grows with the number of turns. Late
-        # roundings have less time to act, so half of the last angle represents all roundings.
+        # The rounding of an angle, and so of the force, grows with the number of turns. The later
+        # a rounding is, the less time it has to act: half of the last angle stands for all.
         largest_angle = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
+        # three motions: unchanged, with a changed angle, with a changed rate
         changes = ULP * np.array([[0.0, largest_angle, 0.0], [0.0, 0.0, rate]])
-        starts, speeds = quad(changes)[..., None]
-        motions = solve(self.closed_form.potential, self.inertia, theta + starts, rate + speeds)
+        angle_changes, rate_changes = quad(changes)[..., None]
+        motions = solve(
+            self.closed_form.potential,
+            self.inertia,
+            theta + angle_changes,
+            rate + rate_changes,
+        )
         states = motions.state(np.maximum(times - time, 0.0)[None, :])
         unchanged, *changed = np.swapaxes(states, 0, 1)
         return np.asarray(np.abs(np.subtract(changed, unchanged)).sum(axis=0))
 
     def nonlinearity(self, times: Array, errors: Signals) -> float:
-        """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
-        largest error of the angle, plus the largest error of the energy over the sum of the kinetic
-        energy and the distance from the nearest barrier.
+        """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each.
 
-        The two are added, since both effects of second order move the state along its orbit: the
-        curvature of the orbit, and the period, which the energy changes."""
+        It is the largest error of the angle, plus the largest error of the energy over the sum of
+        the kinetic energy and the distance from the nearest barrier. Both effects are of second
+        order and move the state along its orbit, so they are added: by the curvature of the orbit,
+        and by the period, which the energy changes.
+        """
         theta, rate = self._raw_state(times)
         torque = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
         energy_error = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]

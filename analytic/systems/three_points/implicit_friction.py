@@ -200,7 +200,7 @@ def _pivot_moments(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[fl
     """Returns the moment about support `pivot` that friction has to balance, and the largest moment
     that friction can balance."""
     arm = problem.arms[pivot]
-    (p, w) = free
+    p, w = free
     moment = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real
     supports = zip(problem.limits, problem.arms, strict=True)
     return moment, sum(limit * abs(other - arm) for limit, other in supports)
@@ -239,7 +239,7 @@ def _newton_minimum(
     `max_steps` steps of Newton's method from `begin`. u is a velocity [m/s], o an angular velocity
     [rad/s]. Returns None if a slip vanishes during the search, or if undamped steps do not
     converge. `scale` [m/s] is the size of the velocities."""
-    (u, o) = begin
+    u, o = begin
     reach = max(map(abs, problem.arms))
     for _ in range(max_steps):
         newton = _newton_step(problem, free, (u, o), LAST_STEP * scale)

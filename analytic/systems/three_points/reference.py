@@ -41,8 +41,8 @@ class PlaneReference(LinearResponse):
         and normal_force_1..3 [N] at `times` [s], shape (n,). body_angle equals heading: it is the
         name in the source."""
         pose = self.motion.at(times)
-        (x, y) = pose.position.T
-        (velocity_x, velocity_y) = pose.velocity.T
+        x, y = pose.position.T
+        velocity_x, velocity_y = pose.velocity.T
         places = self.motion.path.places(times)
         return {
             "body_angle": pose.heading,
@@ -78,7 +78,7 @@ class PlaneReference(LinearResponse):
         """Bound on the error of each N_i [N], by its arithmetic and by rounded times, which move
         the slider."""
         capsule = self.motion.capsule
-        (places, velocities, _) = self.motion.path.kinematics(times)
+        places, velocities, _ = self.motion.path.kinematics(times)
         time_rounding = REFERENCE_ROUNDING * float(np.max(np.abs(times)))
         displacement = time_rounding * float(np.hypot(*velocities.T).max())
         reach = float(np.hypot(*places.T).max())
