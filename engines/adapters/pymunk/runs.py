@@ -33,7 +33,7 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
     def stepper_of(mechanism: Mechanism, start: State) -> Stepper:
         return planar_stepper(mechanism, start, method, step)
 
-    return simulated(case, step, stepper_of, reads_forces=True)
+    return simulated(case, step, stepper_of)
 
 
 def _built(scene: Translation, step: float) -> Built:
