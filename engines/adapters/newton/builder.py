@@ -207,7 +207,9 @@ def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[B
         if joints:
             link = builder.add_link(lock_inertia=True)
             roots.append(roots[parent] if parent >= 0 else link)
-            axes = [_axis(mechanism, joint, solver) for joint in joints]
+            axes = [
+                _axis(mechanism, joint, solver) for joint in joints if joint.kind in ONE_AXIS
+            ]
             joint_number = _add_joint(builder, joints, axes, parent, link, drawn)
             trees.setdefault(roots[link], []).append(joint_number)
             parent = link
@@ -272,8 +274,7 @@ def _add_joint(
 
 
 def _axis(mechanism: Mechanism, joint: Joint, solver: SolverName) -> Any:
-    """Newton's axis for a joint with its spring, its servos and its limits. Only the axes of hinges
-    and slides are used."""
+    """Newton's axis for a hinge or a slide, with its spring, its servos and its limits."""
     reference = float(joint.reference[0])
     armature = float(joint.armature[0])
     servo_stiffness = 0.0
