@@ -22,7 +22,6 @@ from plumbob.engines.adapters.exudyn.bodies import (
     Frame,
     Inertia,
     bodies_of,
-    drawn_attitudes,
     moving_joints,
     norm,
     turned_to,
@@ -31,9 +30,9 @@ from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
 from plumbob.engines.adapters.exudyn.motors import joint_forces
 from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.joints import joint_name
-from plumbob.engines.adapters.refusals import refused_parts, refused_weights
+from plumbob.engines.adapters.reference_pose import reference_pose
+from plumbob.engines.adapters.refusals import refuse, refused_parts, refused_weights
 from plumbob.engines.mechanism import Loop, Mechanism, Shape, is_constant
-from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 
@@ -68,8 +67,7 @@ def build(
     """The system of a mechanism for runs at a time step [s]. `controls` returns the controls at
     a time [s]; None stands for controls that stay zero. `explicit` tells whether the solver is
     explicit. Raises Unsupported."""
-    for feature in refused_features(mechanism, explicit):
-        raise Unsupported(f"feature {feature}")
+    refuse(refused_features(mechanism, explicit))
     container = exudyn.SystemContainer()
     system = container.AddSystem()
     bodies = bodies_of(mechanism)
@@ -208,6 +206,7 @@ def _prescribe(
     table = Tabulated(velocity, step)
 
     def velocity_at(system: Any, now: float, item: int, offset: float) -> float:
+        """The velocity at a time [s]. Exudyn's other arguments have no effect."""
         return float(table(now))
 
     constant = is_constant(velocity)
@@ -248,6 +247,7 @@ def _add_contacts(
     """Adds the contacts of all pairs of shapes that can touch."""
 
     def mark(shape: Shape, place: Array) -> int:
+        """Adds a marker at a place in the frame of a shape; returns its number."""
         frame = bodies.frames[shape.body].within(shape.place, rotation(shape.attitude))
         return add_marker(system, carriers, frame.within(place, AXES))
 
@@ -260,20 +260,20 @@ def _normal_of_loop(mechanism: Mechanism, loop: Loop) -> Array | None:
     """The normal of the plane in which the two bodies of a loop move, in the frame of the first
     body. None if there is no such plane: it takes at least one hinge, all hinges parallel to the
     normal, and all slides in the plane."""
-    turns = drawn_attitudes(mechanism)
+    pose = reference_pose(mechanism)
     first, second = loop.bodies
     joints = moving_joints(mechanism, first) + moving_joints(mechanism, second)
     if any(joint.kind not in TYPES for joint in joints):
         return None
-    hinges = [turns[joint.body] @ joint.axis for joint in joints if joint.kind == "hinge"]
-    slides = [turns[joint.body] @ joint.axis for joint in joints if joint.kind == "slide"]
+    hinges = [pose.axis(joint) for joint in joints if joint.kind == "hinge"]
+    slides = [pose.axis(joint) for joint in joints if joint.kind == "slide"]
     if not hinges:
         return None
     normal = hinges[0]
     misalignments = [norm(np.cross(axis, normal)) for axis in hinges]
     out_of_plane = [abs(float(axis @ normal)) for axis in slides]
     in_plane = max(misalignments + out_of_plane) < PARALLEL
-    return turns[first].T @ normal if in_plane else None
+    return pose.turns[first].T @ normal if in_plane else None
 
 
 def add_marker(system: Any, carriers: Mapping[int, int], frame: Frame) -> int:

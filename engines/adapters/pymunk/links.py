@@ -12,7 +12,8 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import TURNING, joints_of_body
-from plumbob.engines.adapters.pymunk.plane import CLOSE, Drawing, Plane, drawing, plane_of
+from plumbob.engines.adapters.pymunk.plane import CLOSE, Plane, plane_of
+from plumbob.engines.adapters.reference_pose import ReferencePose, reference_pose
 from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.stepper import State
@@ -90,7 +91,7 @@ class Links:
     """The links of a mechanism in the order of its bodies, and its plane."""
 
     plane: Plane
-    drawn: Drawing
+    drawn: ReferencePose
     all: list[Link] = field(default_factory=list)
     numbers: dict[int, int] = field(default_factory=dict)
     """{number of a body: number of its link}, without the world and a platform that carries the
@@ -184,7 +185,7 @@ def links_of(mechanism: Mechanism, start: State) -> Links:
     """The links of a mechanism. Raises Unsupported, which names a part that pymunk cannot
     express."""
     _refuse(mechanism)
-    drawn = drawing(mechanism)
+    drawn = reference_pose(mechanism)
     links = Links(plane_of(mechanism, start, drawn), drawn)
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         joints = [(n, mechanism.joints[n]) for n in joints_of_body(mechanism, number)]

@@ -1,4 +1,4 @@
-"""The plane in which a mechanism moves, and the drawing of the mechanism in that plane."""
+"""The plane in which a mechanism moves."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.adapters.reference_pose import ReferencePose
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import State
@@ -40,32 +41,7 @@ class Plane:
         return value.real * self.right + value.imag * self.up
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """The frames of the bodies in the world if every joint has its reference coordinates."""
-
-    places: list[Array]  # place of each body [m], shape (3,) each
-    turns: list[Array]  # rotation matrix of each body, shape (3, 3) each
-
-    def point(self, body: int, place: Array) -> Array:
-        """A point of a body in the world [m], shape (3,)."""
-        return np.asarray(self.places[body] + self.turns[body] @ place)
-
-    def axis(self, joint: Joint) -> Array:
-        """The axis of a joint in the world, shape (3,)."""
-        return np.asarray(self.turns[joint.body] @ joint.axis)
-
-
-def drawing(mechanism: Mechanism) -> Drawing:
-    """The drawing of a mechanism."""
-    drawn = Drawing([np.zeros(3)], [np.eye(3)])
-    for body in mechanism.bodies[1:]:
-        drawn.places.append(drawn.point(body.parent, body.place))
-        drawn.turns.append(drawn.turns[body.parent] @ rotation(body.attitude))
-    return drawn
-
-
-def plane_of(mechanism: Mechanism, start: State, drawn: Drawing) -> Plane:
+def plane_of(mechanism: Mechanism, start: State, drawn: ReferencePose) -> Plane:
     """The plane of a mechanism's motion. Its normal is the axis of the hinges. Without hinges the
     plane contains the normal of a floor, gravity, the velocities of the start and the slides that
     guide a body, in this order. Raises Unsupported if a hinge turns out of the plane."""
@@ -97,7 +73,7 @@ def _perpendicular(lines: Sequence[Array], axis: Array) -> Array:
     raise AssertionError("the axes of the world are among the lines")
 
 
-def _lines(mechanism: Mechanism, start: State, drawn: Drawing) -> Iterator[Array]:
+def _lines(mechanism: Mechanism, start: State, drawn: ReferencePose) -> Iterator[Array]:
     """Yields directions in which something acts or moves. The first ones become up and right."""
     for touch in mechanism.touching:
         for shape in (mechanism.shapes[number] for number in touch.shapes):
