@@ -32,7 +32,7 @@ from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.joints import joint_name
 from plumbob.engines.adapters.reference_pose import reference_pose
 from plumbob.engines.adapters.refusals import refuse, refused_parts, refused_weights
-from plumbob.engines.mechanism import Loop, Mechanism, Shape, is_constant
+from plumbob.engines.mechanism import JointKind, Loop, Mechanism, Shape, is_constant
 from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 
@@ -47,14 +47,22 @@ HOLDING = 1e15
 
 
 @dataclass(frozen=True)
+class PlacedJoint:
+    """A joint in an Exudyn system."""
+
+    kind: JointKind
+    place: slice  # place of its coordinates among Exudyn's
+    lone_free: bool  # whether it is the joint of a lone free body
+
+
+@dataclass(frozen=True)
 class Built:
     """A mechanism in an Exudyn system."""
 
     container: Any
     system: Any
     nodes: tuple[int, ...]  # node of the tree if there is one, then the node of each free body
-    places: tuple[slice, ...]  # place of each joint's coordinates among Exudyn's
-    lone_free: tuple[bool, ...]  # whether each joint is the joint of a lone free body
+    joints: tuple[PlacedJoint, ...]
 
 
 def build(
@@ -88,8 +96,11 @@ def build(
         _close_loop(mechanism, system, bodies, carriers, loop)
     _add_contacts(mechanism, system, bodies, carriers, step)
     system.Assemble()
-    lone_free = tuple(bodies.frames[joint.body].carrier < WORLD for joint in mechanism.joints)
-    return Built(container, system, tuple(nodes), bodies.places, lone_free)
+    joints = tuple(
+        PlacedJoint(joint.kind, place, bodies.frames[joint.body].carrier < WORLD)
+        for joint, place in zip(mechanism.joints, bodies.places, strict=True)
+    )
+    return Built(container, system, tuple(nodes), joints)
 
 
 def refused_features(mechanism: Mechanism, explicit: bool) -> Iterator[str]:

@@ -45,7 +45,9 @@ def plane_of(mechanism: Mechanism, start: State, drawn: ReferencePose) -> Plane:
     """The plane of a mechanism's motion. Its normal is the axis of the hinges. Without hinges the
     plane contains the normal of a floor, gravity, the velocities of the start and the slides that
     guide a body, in this order. Raises Unsupported if a hinge turns out of the plane."""
-    hinges = [j for j in mechanism.joints if j.kind == "hinge" and j.velocity is None]
+    hinges = [
+        joint for joint in mechanism.joints if joint.kind == "hinge" and joint.velocity is None
+    ]
     lines = [line for line in _lines(mechanism, start, drawn) if np.linalg.norm(line) > CLOSE]
     if not hinges:
         up = lines[0] / np.linalg.norm(lines[0])
@@ -79,15 +81,24 @@ def _lines(mechanism: Mechanism, start: State, drawn: ReferencePose) -> Iterator
         for shape in (mechanism.shapes[number] for number in touch.shapes):
             if shape.kind == "plane":
                 yield drawn.turns[shape.body] @ rotation(shape.attitude)[:, 2]
-    yield from (drawn.axis(j) for j in mechanism.joints if j.velocity is not None)
+    for joint in mechanism.joints:
+        if joint.velocity is not None:
+            yield drawn.axis(joint)
     yield -mechanism.gravity
-    slides = [(n, j) for n, j in enumerate(mechanism.joints) if j.kind == "slide"]
+    slides = [
+        (number, joint)
+        for number, joint in enumerate(mechanism.joints)
+        if joint.kind == "slide"
+    ]
     for body in range(len(mechanism.bodies)):
-        moving = [
-            drawn.axis(joint) * start.qvel[n] for n, joint in slides if joint.body == body
+        velocities = [
+            drawn.axis(joint) * start.qvel[number]
+            for number, joint in slides
+            if joint.body == body
         ]
-        yield np.sum(moving, axis=0) if moving else np.zeros(3)
-    carrying = [joint.body for joint in mechanism.joints]
-    yield from (drawn.axis(j) for _, j in slides if carrying.count(j.body) == 1)
+        yield np.sum(velocities, axis=0) if velocities else np.zeros(3)
+    bodies_of_joints = [joint.body for joint in mechanism.joints]
+    guides = [joint for _, joint in slides if bodies_of_joints.count(joint.body) == 1]
+    yield from map(drawn.axis, guides)
     yield from (drawn.axis(joint) for _, joint in slides)
-    yield from np.eye(3)[[2, 0, 1]]
+    yield from np.eye(3)[[2, 0, 1]]  # up, right and across, if nothing above decides
