@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
+from plumbob.analytic.reference import Array
 from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 
 JointForce = Callable[[float, float, Sequence[float]], float]
@@ -28,14 +31,14 @@ def passive_and_actuator_force(joint: Joint, actuators: Sequence[Actuator]) -> J
     the joint's spring and damper."""
     damping = float(joint.damping[0])
     stiffness = joint.stiffness
-    rest = float(joint.rest[0])
+    coordinate_at_rest = float(joint.rest[0])
     driven = actuator_force(joint, actuators)
     if not actuators:
-        return lambda q, rate, controls: -stiffness * (q - rest) - damping * rate
+        return lambda q, rate, controls: -stiffness * (q - coordinate_at_rest) - damping * rate
     if not (stiffness or damping):
         return driven
     return lambda q, rate, controls: (
-        driven(q, rate, controls) - stiffness * (q - rest) - damping * rate
+        driven(q, rate, controls) - stiffness * (q - coordinate_at_rest) - damping * rate
     )
 
 
@@ -72,6 +75,15 @@ def _force(actuator: Actuator) -> JointForce:
         return gear * min(max(unclamped, low), high)
 
     return force
+
+
+def force_of_controls(actuator: Actuator, controls: Array | None, steps: int) -> Array:
+    """The part of an actuator's force that does not depend on the joint, before the gear multiplies
+    it, in each of `steps` steps, shape (steps,). It is under controls, shape (steps, controls), or
+    under controls that are zero."""
+    control = np.zeros(steps) if controls is None else controls[:, actuator.control]
+    clamped_control = np.clip(control, *ends(actuator.control_range))
+    return np.asarray(actuator.gain * clamped_control + actuator.bias[0])
 
 
 def ends(limits: ForceRange) -> tuple[float, float]:

@@ -19,7 +19,6 @@ from plumbob.models.idealisations import Idealisations
 JointKind = Literal["hinge", "slide", "ball", "free"]
 LoopKind = Literal["connect", "weld"]
 ShapeKind = Literal["sphere", "capsule", "box", "cylinder", "ellipsoid", "plane", "hull"]
-Term = Literal["mass matrix", "bias", "passive", "actuator", "constraint"]
 
 # [s] times at which a prescribed velocity is evaluated to see whether it is constant
 ASKED_AT = np.concatenate(
@@ -40,7 +39,8 @@ class Body:
     centre: Array  # centre of mass in the body's frame [m], shape (3,)
     inertia: Array  # about its centre, along the axes of its frame [kg m^2], shape (3, 3)
     carried: float = 0.0  # fraction of its weight that a constant upward force balances
-    point: bool = False  # it stands for a point mass: its inertia only satisfies the engine
+    # Whether it stands for a point mass: MuJoCo accepts no body without moments of inertia
+    point: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,6 @@ class Loop:
     places: tuple[Array, Array]  # in the frame of each body [m], shape (3,) each
     # weld: attitude of the second body's frame in the first body's frame, scalar first
     attitude: Array
-    rigid: bool = False  # the system's constraint is exact, however softly an engine closes it
 
 
 @dataclass(frozen=True)
@@ -97,8 +96,9 @@ class Shape:
     body: int
     place: Array  # origin of the shape's frame in the body's frame [m], shape (3,)
     attitude: Array  # attitude of the shape's frame in the body's frame, scalar first
-    size: Array  # radius; radius and half length; or half sizes [m]. A plane's normal is z
-    points: Array  # vertices of a hull in its frame [m], shape (n, 3)
+    # Radius; radius and half length; or half sizes [m]. A plane and a hull have none. The normal of
+    # a plane is its z axis.
+    size: Array
 
 
 @dataclass(frozen=True)
@@ -137,11 +137,9 @@ class Actuator:
 
 @dataclass(frozen=True)
 class NotExpressed:
-    """A part of a model for which a mechanism has no record, and the terms of the equations of
-    motion to which the part contributes."""
+    """A part of a model for which a mechanism has no record."""
 
     name: str  # "tendon hamstring"
-    terms: tuple[Term, ...]
 
 
 @dataclass(frozen=True)
@@ -167,19 +165,22 @@ def idealised(mechanism: Mechanism, ideal: Idealisations) -> Mechanism:
     """The mechanism with a system's idealisations in place of the model file's approximations of
     them. A joint whose motion is prescribed loses its armature and its actuators, by which the file
     imposes that motion. Raises KeyError if a name is not in the mechanism."""
-    _require({joint.name for joint in mechanism.joints}, ideal.velocities)
+    joint_names = [joint.name for joint in mechanism.joints]
+    _require(set(joint_names), ideal.velocities)
     _require({loop.name for loop in mechanism.loops}, ideal.rigid_loops)
     _require({body.name for body in mechanism.bodies}, ideal.points)
     _require({shape.name for shape in mechanism.shapes}, ideal.restitution)
-    names = [joint.name for joint in mechanism.joints]
     return replace(
         mechanism,
-        bodies=tuple(replace(b, point=b.name in ideal.points) for b in mechanism.bodies),
+        bodies=tuple(
+            replace(body, point=body.name in ideal.points) for body in mechanism.bodies
+        ),
         joints=tuple(_prescribed(joint, ideal) for joint in mechanism.joints),
-        loops=tuple(replace(x, rigid=x.name in ideal.rigid_loops) for x in mechanism.loops),
         touching=tuple(_bouncing(mechanism, touch, ideal) for touch in mechanism.touching),
         actuators=tuple(
-            a for a in mechanism.actuators if names[a.joint] not in ideal.velocities
+            actuator
+            for actuator in mechanism.actuators
+            if joint_names[actuator.joint] not in ideal.velocities
         ),
     )
 
@@ -200,5 +201,5 @@ def _prescribed(joint: Joint, ideal: Idealisations) -> Joint:
 
 def _bouncing(mechanism: Mechanism, touch: Touch, ideal: Idealisations) -> Touch:
     """A pair of shapes with the larger restitution that the system states for either of them."""
-    names = (mechanism.shapes[i].name for i in touch.shapes)
+    names = (mechanism.shapes[number].name for number in touch.shapes)
     return replace(touch, restitution=max(ideal.restitution.get(name, 0.0) for name in names))

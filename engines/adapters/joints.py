@@ -34,7 +34,13 @@ def joint_places(joints: Sequence[Joint]) -> Iterator[tuple[slice, slice]]:
         first_rate = end_of_rates
 
 
-def nearer_attitude(attitude: Array, latest: Array) -> Array:
-    """The quaternion `attitude` or its negative, whichever is nearer to the `latest` quaternion:
-    both are the same attitude."""
-    return -attitude if attitude @ latest < 0.0 else attitude
+def with_latest_signs(joints: Sequence[Joint], qpos: Array, latest: Array) -> Array:
+    """The coordinates `qpos` in which each quaternion has the sign that is nearer to the quaternion
+    in the `latest` coordinates: a quaternion and its negative are the same attitude."""
+    signed = qpos.copy()
+    for joint, (place, _) in zip(joints, joint_places(joints), strict=True):
+        if joint.kind in TURNING:
+            quaternion = slice(place.stop - 4, place.stop)
+            if qpos[quaternion] @ latest[quaternion] < 0.0:
+                signed[quaternion] *= -1.0
+    return signed

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
+
+from plumbob.engines.method import Unsupported
 
 if TYPE_CHECKING:  # imported only for types: `plumbob list` needs no records of mechanisms
     from plumbob.engines.mechanism import Mechanism, Touch
+
+
+def refuse(features: Iterable[str]) -> None:
+    """Raises Unsupported with the name of the first of these features, if there is one."""
+    for feature in features:
+        raise Unsupported(f"feature {feature}")
 
 
 def refused_parts(mechanism: Mechanism) -> Iterator[str]:
@@ -31,8 +39,8 @@ def names_of(mechanism: Mechanism, touch: Touch) -> str:
 
 
 def _name(mechanism: Mechanism, number: int) -> str:
-    """The name of the shape with this number; without a name the name of its body; if the body has
-    none either, its kind."""
+    """The name of the shape with this number. If the shape has no name, it is the name of its body;
+    if the body has none either, it is the kind of the shape."""
     shape = mechanism.shapes[number]
     return shape.name or mechanism.bodies[shape.body].name or f"a {shape.kind}"
 

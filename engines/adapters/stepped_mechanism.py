@@ -44,17 +44,16 @@ def simulated(
     step: float,
     build: Build,
     broken: tuple[type[Exception], ...] = OVERFLOW,
-    *,
-    reads_forces: bool = False,
+    scene: SceneMechanism | None = None,
 ) -> SteppedSimulation:
-    """The simulation of a case at `step` [s] in an engine that builds the case's mechanism.
-    `broken` are the engine's exceptions if its numbers are no longer finite. If `reads_forces`,
-    observables that are forces are taken from the step that ends at a sample. Raises Unsupported
-    and ParameterError."""
-    scene = compiled_scene(case)
-    stepper = cache(lambda: build(scene.mechanism, scene.start))
+    """The simulation of a case at `step` [s] in an engine that builds the case's mechanism, or
+    another `scene` in place of that of the case. `broken` are the engine's exceptions if its
+    numbers are no longer finite. Raises Unsupported and ParameterError."""
+    built_scene = scene or compiled_scene(case)
+    # The mechanism is built once, although `stepped` puts the scene at its start for each run.
+    stepper = cache(lambda: build(built_scene.mechanism, built_scene.start))
     return stepped(
-        case, step, lambda: ready_to_step(case, scene, step, stepper(), reads_forces), broken
+        case, step, lambda: ready_to_step(case, built_scene, step, stepper()), broken
     )
 
 
@@ -71,23 +70,23 @@ def ready_to_step(
     scene: SceneMechanism,
     step: float,
     stepper: Stepper,
-    reads_forces: bool = False,
 ) -> Built:
-    """A case at its start in a stepper, ready to be advanced and read; raises Unsupported."""
+    """A case at its start in a stepper, ready to be advanced and read. If the engine tells forces,
+    observables that are forces are taken from the step that ends at a sample. Raises
+    Unsupported."""
     from plumbob.engines.controlled_steps import controlled_steps
     from plumbob.engines.stepper import TellsForces
 
     file = model_file(case)
     stepper.put(scene.start)
     advance = controlled_steps(stepper, scene.controls, step)
-    forced = (
-        reads_forces
-        and file.forces
-        and any(observable.force for observable in case.system.observables)
+    observes_forces = file.forces and any(
+        observable.force for observable in case.system.observables
     )
-    forces = stepper.forces if forced and isinstance(stepper, TellsForces) else None
+    forces = stepper.forces if observes_forces and isinstance(stepper, TellsForces) else None
 
     def read() -> tuple[State, Forces | None]:
+        """The present state, and the forces of the last step if they are observed."""
         return stepper.state(), forces() if forces else None
 
     return Built(advance, read, file.largest(case.problem), partial(_observed, case, file))

@@ -21,7 +21,6 @@ from plumbob.tests.peers.test_smooth_peers import needed
 from plumbob.tests.support.built_mechanisms import (
     assert_nothing_survives_put,
     largest_difference_of_terms,
-    stepped,
 )
 
 
@@ -258,45 +257,6 @@ def test_a_feature_that_is_not_expressed_is_refused_by_its_name(feature):
     model = mujoco.MjModel.from_xml_string(xml)
     with pytest.raises(Unsupported, match=feature):
         stepper(compiled_mechanism(model), State(model.qpos0, np.zeros(model.nv)))
-
-
-def test_contact_forces_of_a_step_carry_the_bodies():
-    """Five cubes at rest on one another: each pair carries the cubes above it."""
-    parts = scene_mechanism("stack/equal")
-    made = stepper(parts.mechanism, parts.start)
-    assert np.isnan(made.forces().touching).all()
-    stepped(made, parts, 1)
-    forces = made.forces().touching
-    masses = np.array([body.mass for body in parts.mechanism.bodies])
-    weight = 9.81 * masses[1:].sum()
-    for touch, force in zip(parts.mechanism.touching, forces, strict=True):
-        first, second = (parts.mechanism.shapes[i].body for i in touch.shapes)
-        carried = 9.81 * masses[second:].sum() if second == first + 1 else 0.0
-        # A contact of DART is softer than a rigid one by 1e-5, five in turn by 1e-4.
-        np.testing.assert_allclose(force, [0.0, 0.0, carried], atol=1e-4 * weight)
-
-
-def test_the_rod_of_a_pendulum_pulls_with_its_tension():
-    """The tension of a step is that of the state before it, of a point mass to the last digits."""
-    parts = scene_mechanism("simple-pendulum/free-large")
-    made = stepper(parts.mechanism, parts.start)
-    stepped(made, parts, 200)
-    ((angle,), (rate,)) = made.state().qpos, made.state().qvel
-    stepped(made, parts, 1)
-    after = made.state()
-    length = np.linalg.norm(parts.mechanism.bodies[1].centre)
-    tension = 9.8 * np.cos(angle) + length * rate**2
-    # the bob hangs at -z, and the hinge turns about -y
-    towards = np.array([-np.sin(angle), 0.0, np.cos(angle)])
-    np.testing.assert_allclose(made.forces().joints, [tension * towards], rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(made.state().qpos, after.qpos)
-    unasked = stepper(parts.mechanism, parts.start)
-    stepped(unasked, parts, 201)
-    assert stepped(unasked, parts, 50).qpos == stepped(made, parts, 50).qpos
-    loop = scene_mechanism("four-bar/crank-rocker")
-    closed = stepper(loop.mechanism, loop.start)
-    stepped(closed, loop, 1)
-    assert np.isnan(closed.forces().joints).all()
 
 
 def test_an_armature_adds_no_damping():

@@ -206,22 +206,6 @@ def test_restitution_and_loops_that_a_solver_has_not_are_refused_by_name():
         stepper(scene_mechanism("four-bar/crank-rocker").mechanism, settings)
 
 
-def test_contact_forces_of_a_step_carry_the_bodies():
-    """Five cubes at rest on one another: each pair carries the cubes above it."""
-    parts = scene_mechanism("stack/equal")
-    made = stepper(parts.mechanism)
-    made.put(parts.start)
-    assert np.isnan(made.forces().touching).all()
-    stepped(made, parts, 300)
-    forces = made.forces().touching
-    masses = np.array([body.mass for body in parts.mechanism.bodies])
-    for touch, force in zip(parts.mechanism.touching, forces, strict=True):
-        first, second = (parts.mechanism.shapes[i].body for i in touch.shapes)
-        carried = 9.81 * masses[second:].sum() if second == first + 1 else 0.0
-        # The cubes still move on their contacts, which yield.
-        np.testing.assert_allclose(force, [0.0, 0.0, carried], atol=1e-2 * 9.81)
-
-
 def test_an_armature_is_an_inertia():
     """A rotor of twice the inertia keeps its velocity, and a torque moves it half as fast."""
     xml = """<mujoco><worldbody><body><joint name="a" armature="{}"/>

@@ -100,7 +100,7 @@ def pushed_across(mechanism):
         ),
         (
             "stack/equal",
-            lambda m: replace(m, not_expressed=(NotExpressed("tendon cord", ()),)),
+            lambda m: replace(m, not_expressed=(NotExpressed("tendon cord"),)),
             "no tendon cord",
         ),
         (

@@ -70,13 +70,12 @@ def scheme(case: Case, method: Method) -> Scheme:
     A free body turns by the exponential of the new angular velocity, as in MuJoCo. DART has the
     angular velocity along the world's axes, which makes no difference to a step. The force of a
     motor is explicit."""
-    system = case.system
     if constrained(case):
         return CONSTRAINED
-    if system.name == "servo":
-        part = case.problem.joint_part
-        return replace(method.scheme, implicit_damping=part, implicit_spring=False)
-    return replace(method.scheme, implicit_spring=system.kind == ONE_SMOOTH)
+    if case.system.name == "servo":
+        joint_part = case.problem.joint_part
+        return replace(method.scheme, implicit_damping=joint_part, implicit_spring=False)
+    return replace(method.scheme, implicit_spring=case.system.kind == ONE_SMOOTH)
 
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations, product
 from types import MappingProxyType
 from typing import Any
@@ -22,11 +22,13 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import TURNING, joint_name, joints_of_body
 from plumbob.engines.adapters.refusals import (
     names_of,
+    refuse,
     refused_friction,
     refused_parts,
     refused_shapes,
 )
-from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
+from plumbob.engines.adapters.shape_copies import add_shape_copies
+from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape, Touch
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 
@@ -47,8 +49,8 @@ Surface = tuple[float, float]
 Layer = tuple[int, int]
 """The number of a body, and the number of the node that carries some of the body's shapes: 0 for
 the node of the body itself."""
-Touching = dict[tuple[str, str], tuple[int, float]]
-"""{names of two shape nodes: number of the pair of shapes, and 1, or -1 in reverse order}."""
+ShapeKey = tuple[Layer, str]
+"""The layer of a shape node, and the name of the shape node."""
 
 
 @dataclass(frozen=True)
@@ -57,34 +59,28 @@ class Built:
     are closed."""
 
     world: Any
-    skeletons: tuple[Any, ...]  # one for each tree of bodies
     nodes: tuple[Any, ...]  # one for each body; None for the world
     joints: tuple[Any, ...]  # one for each joint
-    touching: Touching
-    smooth: bool  # whether there are no contacts, loops, limits or dry friction
 
 
 def build(mechanism: Mechanism, step: float) -> Built:
     """The world of a mechanism at a time step [s]; raises Unsupported."""
-    for feature in refused_features(mechanism):
-        raise Unsupported(f"feature {feature}")
+    refuse(refused_features(mechanism))
     world = dartpy.simulation.World()
     world.setTimeStep(step)
     world.setGravity(mechanism.gravity)
-    awake = dartpy.simulation.DeactivationOptions()
-    awake.mEnabled = False
-    world.setDeactivationOptions(awake)
+    no_sleep = dartpy.simulation.DeactivationOptions()
+    no_sleep.mEnabled = False
+    world.setDeactivationOptions(no_sleep)
     if any(shape.kind == "capsule" for shape in mechanism.shapes):
         # DART's default detector treats a capsule as a sphere.
         world.setCollisionDetector(dartpy.collision.OdeCollisionDetector())
     nodes, joints = _build_trees(mechanism)
     skeletons = dict.fromkeys(node.getSkeleton() for node in nodes if node is not None)
-    touching = _add_shapes(mechanism, world, nodes)
+    _add_shapes(mechanism, world, nodes)
     for skeleton in skeletons:
         world.addSkeleton(skeleton)
-    unilateral = any(map(acts_by_impulses, mechanism.joints))
-    smooth = not (mechanism.loops or mechanism.touching or unilateral)
-    return Built(world, tuple(skeletons), nodes, joints, touching, smooth)
+    return Built(world, nodes, joints)
 
 
 def refused_features(mechanism: Mechanism) -> Iterator[str]:
@@ -102,24 +98,20 @@ def refused_features(mechanism: Mechanism) -> Iterator[str]:
             yield f"friction of {names}, {NO_FRICTION} or less"
 
 
-def acts_by_impulses(joint: Joint) -> bool:
-    """Whether a joint has limits or dry friction, which DART's constraint solver turns into
-    impulses."""
-    return joint.limits is not None or bool(np.any(joint.friction_loss))
-
-
 def _refused_features_of_joint(joint: Joint, mechanism: Mechanism) -> Iterator[str]:
     """Names the features of a joint that DART, or this builder, cannot express."""
     name = joint_name(mechanism, joint)
     turning = joint.kind in TURNING
-    unilateral = acts_by_impulses(joint)
-    if turning and (joint.stiffness or unilateral):
+    # DART's constraint solver turns limits and dry friction into impulses.
+    has_impulses = joint.limits is not None or bool(np.any(joint.friction_loss))
+    if turning and (joint.stiffness or has_impulses):
         yield f"spring, limit or dry friction of joint {name}, which is a {joint.kind} joint"
+    if not np.any(joint.armature):
+        return
     # An armature is expressed by a damper, and the impulses of DART's constraints ignore dampers.
-    impulses = bool(mechanism.loops or mechanism.touching) or unilateral
-    if np.any(joint.armature) and turning:
+    if turning:
         yield f"armature of joint {name}, which is a {joint.kind} joint"
-    elif np.any(joint.armature) and impulses:
+    elif has_impulses or mechanism.loops or mechanism.touching:
         yield f"armature of joint {name}, beside contacts, loops, limits or dry friction"
 
 
@@ -129,22 +121,25 @@ def _build_trees(mechanism: Mechanism) -> tuple[tuple[Any, ...], tuple[Any, ...]
     nodes: list[Any] = [None]
     joints: dict[int, Any] = {}
     for number, body in enumerate(mechanism.bodies[1:], start=1):
-        parent = nodes[body.parent]
-        new_tree = parent is None
-        skeleton = dartpy.dynamics.Skeleton(str(number)) if new_tree else parent.getSkeleton()
-        node = parent
+        node = nodes[body.parent]
+        skeleton = dartpy.dynamics.Skeleton(str(number)) if node is None else node.getSkeleton()
         joint_numbers = joints_of_body(mechanism, number)
-        for i in joint_numbers:
-            first = i == joint_numbers[0]
-            joints[i], node = _add_joint(mechanism.joints[i], body, skeleton, node, first)
+        for joint_number in joint_numbers:
+            joints[joint_number], node = _add_joint(
+                mechanism.joints[joint_number],
+                body,
+                skeleton,
+                node,
+                first=joint_number == joint_numbers[0],
+            )
             node.setInertia(_tiny_inertia())
         if not joint_numbers:
-            weld, node = _add_node(skeleton, "Weld", parent)
+            weld, node = _add_node(skeleton, "Weld", node)
             weld.setTransformFromParentBodyNode(transform(body.place, body.attitude))
         node.setInertia(_inertia(body.mass, body.centre, body.inertia))
         node.setGravityMode(not body.carried)
         nodes.append(node)
-    return tuple(nodes), tuple(joints[i] for i in range(len(mechanism.joints)))
+    return tuple(nodes), tuple(joints[number] for number in sorted(joints))
 
 
 def _add_node(skeleton: Any, kind: str, above: Any) -> tuple[Any, Any]:
@@ -175,10 +170,11 @@ def transform(place: Array, attitude: Array | None = None) -> Any:
 
 
 def _add_joint(
-    joint: Joint, body: Body, skeleton: Any, above: Any, first: bool
+    joint: Joint, body: Body, skeleton: Any, above: Any, *, first: bool
 ) -> tuple[Any, Any]:
-    """Adds a joint of a body; returns DART's joint, and the node that it moves. If the joint is the
-    first of its body, its frame in the parent includes the place and the attitude of the body."""
+    """Adds a joint of a body behind the node `above`; returns DART's joint, and the node that it
+    moves. If the joint is the `first` of its body, its frame in the parent includes the place and
+    the attitude of the body."""
     dart_joint, node = _add_node(skeleton, KINDS[joint.kind], above)
     for degree, damping in enumerate(joint.damping.tolist()):
         dart_joint.setDampingCoefficient(degree, damping)
@@ -232,39 +228,51 @@ def close_loops(mechanism: Mechanism, built: Built) -> None:
         built.world.getConstraintSolver().addConstraint(constraint)
 
 
-def _add_shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> Touching:
+def _add_shapes(mechanism: Mechanism, world: Any, nodes: Sequence[Any]) -> None:
     """Adds the shapes of a mechanism to the nodes, and lets only the pairs in `mechanism.touching`
     collide; raises Unsupported.
 
-    A shape of DART has one coefficient of friction, and a pair of shapes has the smaller of its two
-    coefficients. If a shape has several coefficients, there is a copy of the shape for each, on a
-    node that is welded to the node of the body.
+    A pair of DART's shapes has the smaller of their two coefficients of friction. Of several copies
+    of a shape, the first is on the node of its body, and the others are on nodes that are welded to
+    that node.
     """
-    surfaces = defaultdict[int, list[Surface]](list)  # surfaces of the copies of each shape
-    # the node that holds the copies of a body's shapes, by layer: (body, number of the copy)
-    carriers = dict[Layer, Any]()
-    layers = dict[str, Layer]()  # layer of each shape node, by the name of the node
-    touching: Touching = {}
-    for number, touch in enumerate(mechanism.touching):
-        surface = (touch.sliding[0], touch.restitution)
-        names = list[str]()
-        for i in touch.shapes:
-            shape = mechanism.shapes[i]
-            if surface not in surfaces[i]:
-                surfaces[i].append(surface)
-            copy = surfaces[i].index(surface)
-            layer = (shape.body, copy)
-            name = f"{i} {copy}"
-            names.append(name)
-            if layer not in carriers:
-                carriers[layer] = _carrier(world, nodes[shape.body], copy)
-            if name not in layers:
-                layers[name] = layer
-                _add_shape(carriers[layer], shape, name, surface)
-        touching[names[0], names[1]] = (number, 1.0)
-        touching[names[1], names[0]] = (number, -1.0)
-    _filter_collisions(world, carriers, layers, touching)
-    return touching
+    layers = Layers(world, nodes)
+
+    def add(number: int, surface: Surface) -> ShapeKey:
+        """Adds a copy of a shape with its coefficients."""
+        return layers.add(number, mechanism.shapes[number], surface)
+
+    pairs = add_shape_copies(mechanism, _surface, add)
+    _filter_collisions(world, layers, pairs)
+
+
+def _surface(touch: Touch) -> Surface:
+    """The coefficients of a pair of shapes."""
+    return touch.sliding[0], touch.restitution
+
+
+@dataclass(frozen=True)
+class Layers:
+    """The nodes that carry shapes, and the names of the shape nodes on each."""
+
+    world: Any
+    body_nodes: Sequence[Any]  # node of each body; None for the world
+    carriers: dict[Layer, Any] = field(default_factory=dict)
+    names: defaultdict[Layer, list[str]] = field(default_factory=lambda: defaultdict(list))
+
+    def add(self, number: int, shape: Shape, surface: Surface) -> ShapeKey:
+        """Adds a copy of the shape with this `number` to the next layer of its body that has no
+        copy of it."""
+        copy = 0
+        while f"{number} {copy}" in self.names[shape.body, copy]:
+            copy += 1
+        layer = (shape.body, copy)
+        name = f"{number} {copy}"
+        if layer not in self.carriers:
+            self.carriers[layer] = _carrier(self.world, self.body_nodes[shape.body], copy)
+        self.names[layer].append(name)
+        _add_shape(self.carriers[layer], shape, name, surface)
+        return layer, name
 
 
 def _carrier(world: Any, node: Any, layer: int) -> Any:
@@ -313,23 +321,23 @@ def _collision_shape(shape: Shape) -> Any:
 
 
 def _filter_collisions(
-    world: Any, carriers: Mapping[Layer, Any], layers: Mapping[str, Layer], touching: Touching
+    world: Any, layers: Layers, pairs: Sequence[tuple[ShapeKey, ShapeKey]]
 ) -> None:
     """Lets only the pairs of shapes collide that can touch. DART filters pairs of nodes, and not
     pairs of shapes: raises Unsupported if some shapes of two nodes can touch and others cannot."""
-    touching_layers = {frozenset((layers[one], layers[other])) for one, other in touching}
-    shape_names = defaultdict[Layer, list[str]](list)
-    for name, layer in layers.items():
-        shape_names[layer].append(name)
+    touching = {frozenset(pair) for pair in pairs}
+    touching_layers = {frozenset((layer, other)) for (layer, _), (other, _) in pairs}
     collision_filter = world.getConstraintSolver().getCollisionOption().collisionFilter
-    for first, second in combinations(carriers, 2):
-        node, other_node = carriers[first], carriers[second]
+    for first, second in combinations(layers.carriers, 2):
+        node, other_node = layers.carriers[first], layers.carriers[second]
         if frozenset((first, second)) not in touching_layers:
             collision_filter.addBodyNodePairToBlackList(node, other_node)
             continue
-        pairs = product(shape_names[first], shape_names[second])
-        if any(pair not in touching for pair in pairs):
-            raise Unsupported("feature contact of two bodies of which only some shapes touch")
+        for name, other_name in product(layers.names[first], layers.names[second]):
+            if frozenset(((first, name), (second, other_name))) not in touching:
+                raise Unsupported(
+                    "feature contact of two bodies of which only some shapes touch"
+                )
         skeleton = node.getSkeleton()
         if skeleton.getName() == other_node.getSkeleton().getName():
             skeleton.enableSelfCollisionCheck()

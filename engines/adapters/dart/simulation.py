@@ -20,10 +20,10 @@ from plumbob.models.scene import Case
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
-
     tolerance = method.settings.get("tolerance")
 
     def build(mechanism: Mechanism, start: State) -> DartStepper:
+        """The stepper of a mechanism, with the method's solver of contacts."""
         solver = None if tolerance is None else partial(nsgs, tolerance)
         return DartStepper(mechanism, start, step, solver)
 

@@ -16,7 +16,8 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.dart.builder import Built, build, close_loops
-from plumbob.engines.adapters.joints import TURNING, joint_places, nearer_attitude
+from plumbob.engines.adapters.joints import TURNING, joint_places, with_latest_signs
+from plumbob.engines.adapters.step_clock import StepClock
 from plumbob.engines.joint_forces import (
     JointForce,
     actuator_force,
@@ -25,7 +26,7 @@ from plumbob.engines.joint_forces import (
 )
 from plumbob.engines.mechanism import Joint, Mechanism
 from plumbob.engines.peer_model import rotation
-from plumbob.engines.stepper import Forces, State
+from plumbob.engines.stepper import State
 from plumbob.engines.tangent_space import exponential, logarithm
 
 # [rad/s] or [m/s]: a run with a larger rate has diverged. Up to this rate a mass or an inertia of
@@ -68,8 +69,8 @@ class DartStepper:
         solver: Callable[[], Any] | None = None,
     ) -> None:
         self.step = step
+        self.mechanism = mechanism
         self.built = build(mechanism, step)
-        self._pairs = len(mechanism.touching)
         self._joints = tuple(zip(mechanism.joints, self.built.joints, strict=True))
         self.motors = tuple(_motors(mechanism, self.built, step))
         self._places = tuple(joint_places(mechanism.joints))
@@ -79,10 +80,8 @@ class DartStepper:
             if joint.velocity is not None
         ]
         self._idle = idle_controls(mechanism)
-        self._attitudes = dict[int, Array]()  # latest quaternion of each joint that has one
-        self._start_time = 0.0  # [s]
-        self._steps_taken = 0
-        self._before = list[Array]()  # positions of the skeletons before the last step
+        self._latest = start  # state that was put or read last
+        self._clock = StepClock(step)
         self._solver = solver
         # DART's constraints keep the distances that they find when they are added.
         self.put(start)
@@ -90,21 +89,18 @@ class DartStepper:
 
     def put(self, state: State, time: float = 0.0) -> None:
         """Sets the state, at a time [s]."""
-        self._start_time = time
-        self._steps_taken = 0
+        self._clock.restart(time)
+        self._latest = state
         self.built.world.reset()
         if self._solver is not None:  # a solver starts from the impulses of its last step
             solver = self._solver()
             self.built.world.getConstraintSolver().setBoxedLcpSolver(solver)
-        for number, (joint, dart_joint) in enumerate(self._joints):
-            place, place_of_rates = self._places[number]
-            position = state.qpos[place]
-            rates = state.qvel[place_of_rates]
-            if joint.kind in TURNING:
-                self._attitudes[number] = position[-4:].copy()
-                dart_position, rates = _to_dart(joint, position, rates)
-            else:
-                dart_position = position - joint.reference
+        for (joint, dart_joint), (place, place_of_rates) in zip(
+            self._joints, self._places, strict=True
+        ):
+            dart_position, rates = _to_dart(
+                joint, state.qpos[place], state.qvel[place_of_rates]
+            )
             dart_joint.setPositions(dart_position)
             dart_joint.setVelocities(rates)
 
@@ -116,25 +112,18 @@ class DartStepper:
         exceeds FASTEST, all numbers of the state are therefore nan."""
         positions = list[Array]()
         velocities = list[Array]()
-        for number, (joint, dart_joint) in enumerate(self._joints):
-            dart_position = dart_joint.getPositions()
-            rates = dart_joint.getVelocities()
-            if joint.kind in TURNING:
-                turned = exponential(dart_position[:3])
-                attitude = nearer_attitude(turned, self._attitudes[number])
-                self._attitudes[number] = attitude
-                positions += [dart_position[3:], attitude]
-                spin = rates[:3]
-                if joint.kind == "free":
-                    spin = rotation(attitude).T @ spin
-                velocities += [rates[3:], spin]
-            else:
-                positions.append(dart_position + joint.reference)
-                velocities.append(rates)
-        qpos = np.concatenate(positions)
+        for joint, dart_joint in self._joints:
+            position, rates = _from_dart(
+                joint, dart_joint.getPositions(), dart_joint.getVelocities()
+            )
+            positions.append(position)
+            velocities.append(rates)
+        unsigned = np.concatenate(positions)
+        qpos = with_latest_signs(self.mechanism.joints, unsigned, self._latest.qpos)
         qvel = np.concatenate(velocities)
+        self._latest = State(qpos, qvel)
         diverged = np.abs(qvel).max() > FASTEST
-        return State(math.nan * qpos, math.nan * qvel) if diverged else State(qpos, qvel)
+        return State(math.nan * qpos, math.nan * qvel) if diverged else self._latest
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
@@ -146,69 +135,45 @@ class DartStepper:
             motor for motor in self.motors if controls is not None or motor.acts_without_control
         ]
         take_step = self.built.world.step
-        for number, (row, prescribed) in enumerate(zip(rows, accelerations, strict=True)):
+        for row, prescribed in zip(rows, accelerations, strict=True):
             for command, acceleration in zip(commands, prescribed, strict=True):
                 command(0, acceleration)
             for motor in motors:
                 motor.joint.setCommand(0, motor.force(row))
-            if number == steps - 1:
-                self._before = [skeleton.getPositions() for skeleton in self.built.skeletons]
             take_step()
-        self._steps_taken += steps
+        self._clock.steps_taken += steps
 
     def _prescribed_accelerations(self, steps: int) -> list[list[float]]:
         """For each of the next steps, the accelerations of the joints whose motion is
         prescribed."""
-        numbers = np.arange(self._steps_taken, self._steps_taken + steps + 1, dtype=np.float64)
-        times = self._start_time + self.step * numbers
+        times = self._clock.next_times(steps)
         # With the mean acceleration of a step, the velocity is exact at the end of the step.
         columns = [np.diff(velocity(times)) / self.step for _, velocity in self._prescribed]
         rows: list[list[float]] = np.array(columns).reshape(len(columns), steps).T.tolist()
         return rows
 
-    def forces(self) -> Forces:
-        """The forces of the last step. DART's forces of joints lack the contributions of contacts,
-        loops, limits and dry friction: if the mechanism has such parts, the forces of joints are
-        nan."""
-        joints = np.full((len(self._joints), 3), math.nan)
-        touching = np.full((self._pairs, 3), math.nan)
-        if not self._steps_taken:
-            return Forces(joints, touching)
-        touching[:] = 0.0
-        for contact in self.built.world.getLastCollisionResult().getContacts():
-            shapes = (contact.collisionObject1, contact.collisionObject2)
-            first, second = (shape.getShapeFrame().asShapeNode().getName() for shape in shapes)
-            # DART's force acts on the first object.
-            number, sign = self.built.touching[second, first]
-            touching[number] += sign * contact.force.ravel()
-        if self.built.smooth:
-            joints[:] = self._reactions()
-        return Forces(joints, touching)
-
-    def _reactions(self) -> list[Array]:
-        """The force of each joint on the body that it moves [N], along the world's axes. DART gives
-        the force on the parent, along the axes that the node had at the start of the step."""
-        joints = self.built.joints
-        forces = [joint.getWrenchToChildBodyNode().ravel()[3:] for joint in joints]
-        present = [skeleton.getPositions() for skeleton in self.built.skeletons]
-        self._set_positions(self._before)
-        turns = [joint.getChildBodyNode().getWorldTransform().rotation() for joint in joints]
-        self._set_positions(present)
-        return [-turn @ force for turn, force in zip(turns, forces, strict=True)]
-
-    def _set_positions(self, positions: Sequence[Array]) -> None:
-        """Sets the positions of the skeletons."""
-        for skeleton, values in zip(self.built.skeletons, positions, strict=True):
-            skeleton.setPositions(values)
-
 
 def _to_dart(joint: Joint, position: Array, rates: Array) -> tuple[Array, Array]:
-    """DART's coordinates and rates of a ball or a free joint, from MuJoCo's."""
+    """DART's coordinates and rates of a joint, from MuJoCo's. An attitude is a rotation vector,
+    which comes before the place. DART has the angular velocity of a free body before the linear
+    velocity, and along the world's axes."""
+    if joint.kind not in TURNING:
+        return position - joint.reference, rates
     attitude = position[-4:]
     if joint.kind == "free":
-        # DART has the angular velocity first, along the world's axes.
         rates = np.concatenate([rotation(attitude) @ rates[3:], rates[:3]])
     return np.concatenate([logarithm(attitude), position[:-4]]), rates
+
+
+def _from_dart(joint: Joint, position: Array, rates: Array) -> tuple[Array, Array]:
+    """MuJoCo's coordinates and rates of a joint, from DART's. A quaternion may have either sign."""
+    if joint.kind not in TURNING:
+        return position + joint.reference, rates
+    attitude = exponential(position[:3])
+    spin = rates[:3]
+    if joint.kind == "free":
+        spin = rotation(attitude).T @ spin
+    return np.concatenate([position[3:], attitude]), np.concatenate([rates[3:], spin])
 
 
 def _motors(mechanism: Mechanism, built: Built, step: float) -> Iterator[Motor]:

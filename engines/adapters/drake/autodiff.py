@@ -37,8 +37,8 @@ def derivatives(
     _require_equal(constants[0], constants[2])
     end = _end_state(steppers, difference, steps, step)
     stepper = steppers[1]
-    values = np.array([x.value() for x in end])
-    slopes = np.array([float(x.derivatives()[0]) for x in end])
+    values = np.array([number.value() for number in end])
+    slopes = np.array([float(number.derivatives()[0]) for number in end])
     qpos, qvel = _by_joints(stepper, values)
     by_qpos, by_qvel = _by_joints(stepper, slopes)
     reference = np.concatenate([joint.reference for joint in stepper.mechanism.joints])
@@ -58,10 +58,10 @@ def _end_state(
     """The state after `steps` steps of `step` [s] from the start of the middle one of three
     steppers, with its derivatives by the scene's number. That number differs by `difference`
     between the outer two steppers."""
-    low, here, high = (stepper.simulator.get_context() for stepper in steppers)
+    low, middle, high = (stepper.simulator.get_context() for stepper in steppers)
     diagram = steppers[1].built.diagram.ToAutoDiffXd()
     context = diagram.CreateDefaultContext()
-    context.SetTimeStateAndParametersFrom(here)
+    context.SetTimeStateAndParametersFrom(middle)
     _set_derivatives(context, [low, high], difference)
     simulator = Simulator_[AutoDiffXd](diagram, context)
     simulator.Initialize()
@@ -108,25 +108,24 @@ def _start(
     return stepper, constants
 
 
-def _set_derivatives(context: Any, starts: list[Any], difference: float) -> None:
+def _set_derivatives(context: Any, sides: Sequence[Any], difference: float) -> None:
     """Gives the parameters and the state of a context their derivatives: the differences between
-    two contexts `starts`, divided by the `difference` of the scene's number."""
-    for i in range(context.num_numeric_parameter_groups()):
-        parameters = [start.get_numeric_parameter(i).CopyToVector() for start in starts]
-        group = context.get_mutable_numeric_parameter(i)
-        group.SetFromVector(_with_derivatives(group.CopyToVector(), parameters, difference))
-    states = [start.get_discrete_state_vector().CopyToVector() for start in starts]
-    values = context.get_discrete_state_vector().CopyToVector()
-    context.SetDiscreteState(_with_derivatives(values, states, difference))
+    the two contexts `sides`, divided by the `difference` of the scene's number."""
+    for number in range(context.num_numeric_parameter_groups()):
+        group = context.get_mutable_numeric_parameter(number)
+        low, high = (side.get_numeric_parameter(number).CopyToVector() for side in sides)
+        slopes = (high - low) / difference
+        group.SetFromVector(_with_derivatives(group.CopyToVector(), slopes))
+    state = context.get_discrete_state_vector().CopyToVector()
+    low, high = (side.get_discrete_state_vector().CopyToVector() for side in sides)
+    context.SetDiscreteState(_with_derivatives(state, (high - low) / difference))
 
 
-def _with_derivatives(values: Any, sides: list[Array], difference: float) -> Any:
-    """The `values`, shape (n,), with their derivatives: the differences of the values on both
-    `sides`, divided by the `difference` of the scene's number."""
-    slopes = (sides[1] - sides[0]) / difference
+def _with_derivatives(numbers: Any, slopes: Array) -> Any:
+    """The numbers, shape (n,), with these derivatives, shape (n,)."""
     return np.array(
         [
-            AutoDiffXd(value.value(), np.array([slope]))
-            for value, slope in zip(values, slopes, strict=True)
+            AutoDiffXd(number.value(), np.array([slope]))
+            for number, slope in zip(numbers, slopes, strict=True)
         ]
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from types import MappingProxyType
 from typing import Any
 
@@ -28,12 +29,14 @@ from plumbob.engines.adapters.drake.motors import Motors, add_motors, connected_
 from plumbob.engines.adapters.joints import joint_name, joints_of_body
 from plumbob.engines.adapters.refusals import (
     names_of,
+    refuse,
     refused_friction,
     refused_parts,
     refused_shapes,
 )
+from plumbob.engines.adapters.shape_copies import add_shape_copies
 from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
-from plumbob.engines.method import Options, Unsupported
+from plumbob.engines.method import Options
 from plumbob.engines.peer_model import rotation
 
 KINDS = MappingProxyType(
@@ -47,10 +50,6 @@ KINDS = MappingProxyType(
 SPRINGS = MappingProxyType({"hinge": tree.RevoluteSpring, "slide": tree.PrismaticSpring})
 GROUND = 100.0  # [m] edge of the block that stands for a plane: the plane is its top
 WITHOUT_LOOPS = "tamsi"  # contact solver that does not support constraints of loops
-Surface = tuple[int, float]
-"""The number of a shape, and the coefficient of friction of a copy of the shape."""
-Touching = dict[tuple[Any, Any], tuple[int, float]]
-"""{identifiers of two geometries: number of the pair of shapes, and 1, or -1 in reverse order}."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,6 @@ class Built:
     plant: Any
     joints: tuple[Any, ...]  # one for each joint
     motors: Motors
-    touching: Touching
 
     def plant_context(self, context: Any) -> Any:
         """The plant's part of a context of the diagram; it is mutable."""
@@ -72,20 +70,19 @@ def build(mechanism: Mechanism, settings: Options, control: float = 0.0) -> Buil
     """The diagram of a mechanism whose plant has these settings. If the plant is continuous, the
     forces of the source are held for `control` [s]. Raises Unsupported."""
     approximation = settings.get("discrete_contact_approximation", "")
-    for feature in refused_features(mechanism, approximation):
-        raise Unsupported(f"feature {feature}")
+    refuse(refused_features(mechanism, approximation))
     builder = DiagramBuilder()
     plant, scene = AddMultibodyPlant(MultibodyPlantConfig(**settings), builder)
     plant.mutable_gravity_field().set_gravity_vector(mechanism.gravity)
     bodies, joints = _add_trees(mechanism, plant)
     motors = add_motors(mechanism, plant, joints)
     _close_loops(mechanism, plant, bodies)
-    touching = _add_shapes(mechanism, plant, bodies)
+    pairs = _add_shapes(mechanism, plant, bodies)
     plant.Finalize()
-    if touching:
-        _filter_collisions(scene, touching)
+    if pairs:
+        _filter_collisions(scene, pairs)
     motors = connected_motors(builder, plant, motors, joints, control)
-    return Built(builder.Build(), plant, joints, motors, touching)
+    return Built(builder.Build(), plant, joints, motors)
 
 
 def refused_features(mechanism: Mechanism, approximation: str = "") -> Iterator[str]:
@@ -132,26 +129,27 @@ def _add_trees(mechanism: Mechanism, plant: Any) -> tuple[tuple[Any, ...], tuple
         joint_numbers = joints_of_body(mechanism, number)
         above = bodies[body.parent].body_frame()
         drawn = transform(body.place, body.attitude)
-        for i in joint_numbers:
+        for joint_number in joint_numbers:
             moved = drake_body
-            if i != joint_numbers[-1]:
+            if joint_number != joint_numbers[-1]:
                 massless = tree.SpatialInertia.Zero()
-                moved = plant.AddRigidBody(f"before_{i}", heavy, massless)
-            joints[i] = _add_joint(plant, i, mechanism.joints[i], above, drawn, moved)
+                moved = plant.AddRigidBody(f"before_{joint_number}", heavy, massless)
+            joint = mechanism.joints[joint_number]
+            joints[joint_number] = _add_joint(plant, joint_number, joint, above, drawn, moved)
             above = moved.body_frame()
             drawn = RigidTransform()
         if not joint_numbers:
             plant.WeldFrames(above, drake_body.body_frame(), drawn)
         bodies.append(drake_body)
-    return tuple(bodies), tuple(joints[i] for i in range(len(mechanism.joints)))
+    return tuple(bodies), tuple(joints[number] for number in sorted(joints))
 
 
 def _inertia(body: Body) -> Any:
     """Drake's inertia of a body."""
     (xx, yy, zz) = np.diag(body.inertia)
     (xy, xz, yz) = body.inertia[np.triu_indices(3, 1)]
-    about = tree.RotationalInertia(xx, yy, zz, xy, xz, yz)
-    return tree.SpatialInertia.MakeFromCentralInertia(body.mass, body.centre, about)
+    about_centre = tree.RotationalInertia(xx, yy, zz, xy, xz, yz)
+    return tree.SpatialInertia.MakeFromCentralInertia(body.mass, body.centre, about_centre)
 
 
 def transform(place: Array, attitude: Array | None = None) -> Any:
@@ -184,8 +182,8 @@ def _add_joint(
     drake_joint = plant.AddJoint(kind(name, *frames, joint.axis, damping=damping))
     reference = float(joint.reference[0])  # Drake's coordinate is 0 in the reference pose
     if joint.stiffness:
-        rest = float(joint.rest[0]) - reference
-        plant.AddForceElement(SPRINGS[joint.kind](drake_joint, rest, joint.stiffness))
+        drake_rest = float(joint.rest[0]) - reference
+        plant.AddForceElement(SPRINGS[joint.kind](drake_joint, drake_rest, joint.stiffness))
     if joint.limits is not None:
         low, high = joint.limits
         drake_joint.set_position_limits([low - reference], [high - reference])
@@ -211,26 +209,21 @@ def _close_loops(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Non
             plant.AddWeldConstraint(first, frame, second, transform(other_place))
 
 
-def _add_shapes(mechanism: Mechanism, plant: Any, bodies: Sequence[Any]) -> Touching:
-    """Adds the shapes of a mechanism to Drake's bodies.
+def _add_shapes(
+    mechanism: Mechanism, plant: Any, bodies: Sequence[Any]
+) -> list[tuple[Any, Any]]:
+    """Adds the shapes of a mechanism to Drake's bodies; returns the identifiers of the two
+    geometries of each pair of shapes that can touch.
 
     A shape of Drake has one coefficient of friction, and two shapes with coefficients m and n have
-    the coefficient 2 m n/(m + n). If a shape has several coefficients, there is a copy of the shape
-    for each.
-    """
-    geometries: dict[Surface, Any] = {}
-    touching: Touching = {}
-    for number, touch in enumerate(mechanism.touching):
-        surfaces = [(i, touch.sliding[0]) for i in touch.shapes]
-        for i, friction in surfaces:
-            if (i, friction) not in geometries:
-                shape = mechanism.shapes[i]
-                body = bodies[shape.body]
-                geometries[i, friction] = _add_shape(plant, body, shape, friction)
-        first, second = (geometries[surface] for surface in surfaces)
-        touching[first, second] = (number, 1.0)
-        touching[second, first] = (number, -1.0)
-    return touching
+    the coefficient 2 m n/(m + n)."""
+
+    def add(number: int, friction: float) -> Any:
+        """Adds the shape with a number to its body, with a coefficient of friction."""
+        shape = mechanism.shapes[number]
+        return _add_shape(plant, bodies[shape.body], shape, friction)
+
+    return add_shape_copies(mechanism, lambda touch: touch.sliding[0], add)
 
 
 def _add_shape(plant: Any, body: Any, shape: Shape, friction: float) -> Any:
@@ -261,10 +254,11 @@ def _collision_shape(shape: Shape) -> Any:
     return geometry.Ellipsoid(*sizes)
 
 
-def _filter_collisions(scene: Any, touching: Touching) -> None:
-    """Lets only the pairs of geometries collide that can touch."""
-    all_geometries = geometry.GeometrySet(list(dict.fromkeys(first for first, _ in touching)))
+def _filter_collisions(scene: Any, pairs: Sequence[tuple[Any, Any]]) -> None:
+    """Lets only these pairs of geometries collide."""
+    geometries = list(dict.fromkeys(chain.from_iterable(pairs)))
+    all_geometries = geometry.GeometrySet(geometries)
     declaration = geometry.CollisionFilterDeclaration().ExcludeWithin(all_geometries)
-    for first, second in touching:
+    for first, second in pairs:
         declaration.AllowBetween(geometry.GeometrySet(first), geometry.GeometrySet(second))
     scene.collision_filter_manager().Apply(declaration)

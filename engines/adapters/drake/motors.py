@@ -20,7 +20,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.rotors import moved_inertia
-from plumbob.engines.joint_forces import ForceRange, ends
+from plumbob.engines.joint_forces import ForceRange, ends, force_of_controls
 from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 
 # A rotor that prescribes a motion has the inertia of all that it moves, times such a ratio. With
@@ -58,14 +58,12 @@ class Motors:
         steps = len(times) - 1
         rows = np.empty((steps, self.inputs))
         for column, motor in enumerate(self.actuators):
-            control = np.zeros(steps) if controls is None else controls[:, motor.control]
-            clamped_control = np.clip(control, *ends(motor.control_range))
-            force = motor.gain * clamped_control + motor.bias[0]
             # Drake's coordinate is 0 in the reference pose. The plant's gain multiplies bias[1] by
             # gear times Drake's coordinate. The part for the reference coordinate, bias[1] * gear *
             # reference, is added here.
             reference_length = motor.gear * float(self.joints[motor.joint].reference[0])
-            rows[:, column] = force + motor.bias[1] * reference_length
+            reference_force = motor.bias[1] * reference_length
+            rows[:, column] = force_of_controls(motor, controls, steps) + reference_force
         for column, (number, inertia) in enumerate(self.held.items(), len(self.actuators)):
             velocity = self.joints[number].velocity
             assert velocity is not None

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,26 +13,28 @@ from pydrake.systems.analysis import ApplySimulatorConfig, SimulatorConfig
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.motors import held_forces
 from plumbob.engines.adapters.drake.stepper import DrakeStepper
-from plumbob.engines.adapters.stepped_mechanism import compiled_scene, ready_to_step
+from plumbob.engines.adapters.stepped_mechanism import (
+    compiled_scene,
+    ready_to_step,
+    simulated,
+)
 from plumbob.engines.adapters.stepping import (
     Built,
     Followed,
     FollowedSimulation,
     relative_tolerance,
-    stepped,
 )
 from plumbob.engines.controlled_steps import controls_at
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Method, Options, Simulation
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.sampling import step_count
 from plumbob.engines.stepper import SceneMechanism, State
 from plumbob.models.scene import Case
 
-# exceptions if numbers are no longer finite
+# Drake's exceptions if numbers are no longer finite
 NOT_FINITE_ERRORS = (OverflowError, ValueError, RuntimeError)
 CONTROL = 1e-3  # [s] time for which forces of a source are held in a continuous plant
-
-
 SETTLING = 1000  # number of steps in which bodies come to rest on contacts
 SETTLING_STEP = 1e-3  # [s]
 CHECK_EVERY = 20  # number of steps between checks whether the bodies fall
@@ -45,14 +46,12 @@ def discrete(case: Case, method: Method, step: float) -> Simulation:
     method names; raises Unsupported and ParameterError."""
     scene = with_settled_start(compiled_scene(case), method.settings)
     settings = {**method.settings, "time_step": step}
-    # The plant is built once, although `stepped` builds the scene again for each run.
-    stepper = cache(lambda: DrakeStepper(scene.mechanism, settings, step))
 
-    def build() -> Built:
-        """Returns the case at its start, in the plant."""
-        return ready_to_step(case, scene, step, stepper())
+    def build(mechanism: Mechanism, start: State) -> DrakeStepper:
+        """The stepper of a mechanism in the discrete plant."""
+        return DrakeStepper(mechanism, settings, step)
 
-    return stepped(case, step, build, NOT_FINITE_ERRORS)
+    return simulated(case, step, build, NOT_FINITE_ERRORS, scene)
 
 
 def with_settled_start(scene: SceneMechanism, settings: Options) -> SceneMechanism:
@@ -106,14 +105,14 @@ class ContinuousStepper(DrakeStepper):
     def advance(self, controls: Array | None, steps: int) -> None:
         """Advances by `steps` steps. The argument `controls` is ignored: the source has the
         controls of the scene."""
-        self._steps_taken += steps
-        self.simulator.AdvanceTo(self._steps_taken * self.step)
+        self._clock.steps_taken += steps
+        self.simulator.AdvanceTo(self._clock.steps_taken * self.step)
 
 
 def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
-    """The simulation of a case in a continuous plant, with the integrator that the method names, at
-    an accuracy. Forces of the source are held for CONTROL. Raises Unsupported, and ParameterError
-    if the accuracy is below the `smallest`."""
+    """The simulation of a case in a continuous plant at a relative `accuracy`, with the integrator
+    that the method names. Raises Unsupported, and ParameterError if the accuracy is below the
+    `smallest`."""
     scene_duration = case.scene.duration
     config = SimulatorConfig(
         integration_scheme=method.settings["integration_scheme"],

@@ -29,7 +29,10 @@ from plumbob.models.border import border
 
 IMPLICIT = "the gains of its servos act at the end of a step, not at its start"
 NO_GAINS = PdControllerGains(p=0.0, d=0.0)  # gains of an actuator that is no servo
-FRAME = FreeJointFrame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
+FRAME = FreeJointFrame(
+    lambda place, attitude: np.concatenate([attitude, place]),
+    lambda pose: (pose[4:], pose[:4]),
+)
 
 
 def _read(path: Path, plant: Any) -> Any:
@@ -47,12 +50,13 @@ def model_fields(path: Path) -> Fields:
     plant, graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     _read(path, plant)
     yield "gravity", "", plant.gravity_field().gravity_vector()
-    for i in range(1, plant.num_bodies()):
-        body = plant.get_body(BodyIndex(i))
+    for number in range(1, plant.num_bodies()):
+        body = plant.get_body(BodyIndex(number))
         inertia = body.default_spatial_inertia()
-        about = inertia.Shift(inertia.get_com()).CalcRotationalInertia()
+        about_centre = inertia.Shift(inertia.get_com()).CalcRotationalInertia()
+        moments = np.ravel(about_centre.CalcPrincipalMomentsOfInertia())
         yield "mass", body.name(), body.default_mass()
-        yield "inertia", body.name(), np.sort(np.ravel(about.CalcPrincipalMomentsOfInertia()))
+        yield "inertia", body.name(), np.sort(moments)
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         if joint.num_velocities() == 1:
             yield "damping", joint.name(), joint.default_damping_vector()[0]
@@ -97,7 +101,7 @@ class DrakeModel:
             self.simulator.get_mutable_context()
         )
         indices = self.plant.GetJointActuatorIndices()
-        actuators = [self.plant.get_joint_actuator(i) for i in indices]
+        actuators = [self.plant.get_joint_actuator(index) for index in indices]
         self.commands = commands(layout, [actuator.name() for actuator in actuators])
         self.actuation = self.plant.MakeActuationMatrix()  # actuator forces -> joint forces
         self.gains = np.array([_gains(actuator) for actuator in actuators]).reshape(-1, 2).T
@@ -105,7 +109,8 @@ class DrakeModel:
         self.places = [actuator.joint().position_start() for actuator in actuators]
 
     def put(self, q: Array, v: Array) -> None:
-        """Sets the coordinates and their rates, at the time 0, with controls and forces of zero."""
+        """Sets the coordinates `q` and their rates `v`, at the time 0, with controls and forces of
+        zero."""
         self.simulator.get_mutable_context().SetTime(0.0)
         self.plant.SetPositions(self.context, q)
         self.plant.SetVelocities(self.context, v)
@@ -141,13 +146,6 @@ class DrakeModel:
         errors = self.commanded - q[self.places]
         servo_forces = kp * errors - kv * (v @ self.actuation)
         forces = np.where(self.servos, servo_forces, self.commanded)
-        results = plant.get_contact_results_output_port().Eval(context)
-        names = list[tuple[str, str]]()
-        for number in range(results.num_point_pair_contacts()):
-            contact = results.point_pair_contact_info(number)
-            first_body = plant.get_body(contact.bodyA_index())
-            second_body = plant.get_body(contact.bodyB_index())
-            names.append((first_body.name(), second_body.name()))
         return {
             "mass matrix": plant.CalcMassMatrix(context),
             "gravity": plant.CalcGravityGeneralizedForces(context),
@@ -155,8 +153,19 @@ class DrakeModel:
             "passive": -damping * v,
             "actuator": self.actuation @ forces,
             "causes": {"acceleration": IMPLICIT} if self.servos.any() else {},
-            "contacts": names,
+            "contacts": self._touching_bodies(),
         }
+
+    def _touching_bodies(self) -> list[tuple[str, str]]:
+        """The names of the pairs of bodies that touch in the present state."""
+        results = self.plant.get_contact_results_output_port().Eval(self.context)
+        names = list[tuple[str, str]]()
+        for number in range(results.num_point_pair_contacts()):
+            contact = results.point_pair_contact_info(number)
+            body = self.plant.get_body(contact.bodyA_index())
+            other_body = self.plant.get_body(contact.bodyB_index())
+            names.append((body.name(), other_body.name()))
+        return names
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Takes `steps` steps under a control and a generalised `force`, both held; returns the
@@ -176,9 +185,9 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     hinges = []
     free = []
     for joint in map(model.plant.get_joint, model.plant.GetJointIndices()):
-        place = (joint.position_start(), joint.velocity_start())
+        first, first_rate = joint.position_start(), joint.velocity_start()
         if joint.num_velocities() == 1:
-            hinges.append((joint.name(), place))
+            hinges.append((joint.name(), (first, first_rate)))
         elif joint.num_velocities() == FREE_VELOCITIES:
-            free.append((*place, FRAME))
+            free.append((first, first_rate, FRAME))
     return Translated(model, layout, hinges, free)

@@ -127,22 +127,23 @@ def bodies_of(mechanism: Mechanism) -> Bodies:
     carriers = _bodies_that_carry(mechanism)
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         frame = frames[body.parent].within(body.place, rotation(body.attitude))
-        for i in joints_of_body(mechanism, number):
-            joint = mechanism.joints[i]
+        for joint_number in joints_of_body(mechanism, number):
+            joint = mechanism.joints[joint_number]
             first = len(links.parents)
             if joint.kind == "free":  # its coordinates are those of its body in the world
                 frame = Frame(WORLD if number in carriers else WORLD - number)
             if frame.carrier >= WORLD:
                 frame = _add_links(links, joint, frame)
-            places[i] = slice(first, len(links.parents))
+            places[joint_number] = slice(first, len(links.parents))
         frames.append(frame)
         inertias[frame.carrier] += _inertia(body, frame)
-    first = len(links.parents)
-    for i, joint in enumerate(mechanism.joints):
+    first = len(links.parents)  # the coordinates of lone free bodies follow those of the tree
+    for joint_number, joint in enumerate(mechanism.joints):
         if frames[joint.body].carrier < WORLD:
-            places[i] = slice(first, first + 6)
+            places[joint_number] = slice(first, first + 6)
             first += 6
-    return Bodies(links, tuple(frames), inertias, tuple(places[i] for i in sorted(places)))
+    ordered_places = tuple(places[joint_number] for joint_number in sorted(places))
+    return Bodies(links, tuple(frames), inertias, ordered_places)
 
 
 def _add_links(links: Links, joint: Joint, frame: Frame) -> Frame:
@@ -172,20 +173,12 @@ def _bodies_that_carry(mechanism: Mechanism) -> set[int]:
     return carriers
 
 
-def drawn_attitudes(mechanism: Mechanism) -> list[Array]:
-    """The attitude of each body in the reference pose, a rotation matrix."""
-    turns = [AXES]
-    for body in mechanism.bodies[1:]:
-        turns.append(turns[body.parent] @ rotation(body.attitude))
-    return turns
-
-
 def moving_joints(mechanism: Mechanism, number: int) -> list[Joint]:
     """The joints that move a body: the joints of all bodies that carry it, then the joints of the
     body itself."""
-    joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
     if number == 0:
-        return joints
+        return []
+    joints = [mechanism.joints[joint] for joint in joints_of_body(mechanism, number)]
     return moving_joints(mechanism, mechanism.bodies[number].parent) + joints
 
 

@@ -22,7 +22,6 @@ from plumbob.engines.adapters.exudyn.bodies import (
     Frame,
     Inertia,
     bodies_of,
-    drawn_attitudes,
     moving_joints,
     norm,
     turned_to,
@@ -31,9 +30,9 @@ from plumbob.engines.adapters.exudyn.contacts import Contacts, refused_contacts
 from plumbob.engines.adapters.exudyn.motors import joint_forces
 from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.joints import joint_name
-from plumbob.engines.adapters.refusals import refused_parts, refused_weights
-from plumbob.engines.mechanism import Loop, Mechanism, Shape, is_constant
-from plumbob.engines.method import Unsupported
+from plumbob.engines.adapters.reference_pose import reference_pose
+from plumbob.engines.adapters.refusals import refuse, refused_parts, refused_weights
+from plumbob.engines.mechanism import JointKind, Loop, Mechanism, Shape, is_constant
 from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 
@@ -48,14 +47,22 @@ HOLDING = 1e15
 
 
 @dataclass(frozen=True)
+class PlacedJoint:
+    """A joint in an Exudyn system."""
+
+    kind: JointKind
+    place: slice  # place of its coordinates among Exudyn's
+    lone_free: bool  # whether it is the joint of a lone free body
+
+
+@dataclass(frozen=True)
 class Built:
     """A mechanism in an Exudyn system."""
 
     container: Any
     system: Any
     nodes: tuple[int, ...]  # node of the tree if there is one, then the node of each free body
-    places: tuple[slice, ...]  # place of each joint's coordinates among Exudyn's
-    lone_free: tuple[bool, ...]  # whether each joint is the joint of a lone free body
+    joints: tuple[PlacedJoint, ...]
 
 
 def build(
@@ -68,8 +75,7 @@ def build(
     """The system of a mechanism for runs at a time step [s]. `controls` returns the controls at
     a time [s]; None stands for controls that stay zero. `explicit` tells whether the solver is
     explicit. Raises Unsupported."""
-    for feature in refused_features(mechanism, explicit):
-        raise Unsupported(f"feature {feature}")
+    refuse(refused_features(mechanism, explicit))
     container = exudyn.SystemContainer()
     system = container.AddSystem()
     bodies = bodies_of(mechanism)
@@ -90,8 +96,11 @@ def build(
         _close_loop(mechanism, system, bodies, carriers, loop)
     _add_contacts(mechanism, system, bodies, carriers, step)
     system.Assemble()
-    lone_free = tuple(bodies.frames[joint.body].carrier < WORLD for joint in mechanism.joints)
-    return Built(container, system, tuple(nodes), bodies.places, lone_free)
+    joints = tuple(
+        PlacedJoint(joint.kind, place, bodies.frames[joint.body].carrier < WORLD)
+        for joint, place in zip(mechanism.joints, bodies.places, strict=True)
+    )
+    return Built(container, system, tuple(nodes), joints)
 
 
 def refused_features(mechanism: Mechanism, explicit: bool) -> Iterator[str]:
@@ -208,6 +217,7 @@ def _prescribe(
     table = Tabulated(velocity, step)
 
     def velocity_at(system: Any, now: float, item: int, offset: float) -> float:
+        """The velocity at a time [s]. Exudyn's other arguments have no effect."""
         return float(table(now))
 
     constant = is_constant(velocity)
@@ -248,6 +258,7 @@ def _add_contacts(
     """Adds the contacts of all pairs of shapes that can touch."""
 
     def mark(shape: Shape, place: Array) -> int:
+        """Adds a marker at a place in the frame of a shape; returns its number."""
         frame = bodies.frames[shape.body].within(shape.place, rotation(shape.attitude))
         return add_marker(system, carriers, frame.within(place, AXES))
 
@@ -260,20 +271,20 @@ def _normal_of_loop(mechanism: Mechanism, loop: Loop) -> Array | None:
     """The normal of the plane in which the two bodies of a loop move, in the frame of the first
     body. None if there is no such plane: it takes at least one hinge, all hinges parallel to the
     normal, and all slides in the plane."""
-    turns = drawn_attitudes(mechanism)
+    pose = reference_pose(mechanism)
     first, second = loop.bodies
     joints = moving_joints(mechanism, first) + moving_joints(mechanism, second)
     if any(joint.kind not in TYPES for joint in joints):
         return None
-    hinges = [turns[joint.body] @ joint.axis for joint in joints if joint.kind == "hinge"]
-    slides = [turns[joint.body] @ joint.axis for joint in joints if joint.kind == "slide"]
+    hinges = [pose.axis(joint) for joint in joints if joint.kind == "hinge"]
+    slides = [pose.axis(joint) for joint in joints if joint.kind == "slide"]
     if not hinges:
         return None
     normal = hinges[0]
     misalignments = [norm(np.cross(axis, normal)) for axis in hinges]
     out_of_plane = [abs(float(axis @ normal)) for axis in slides]
     in_plane = max(misalignments + out_of_plane) < PARALLEL
-    return turns[first].T @ normal if in_plane else None
+    return pose.turns[first].T @ normal if in_plane else None
 
 
 def add_marker(system: Any, carriers: Mapping[int, int], frame: Frame) -> int:

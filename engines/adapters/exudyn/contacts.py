@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -24,10 +24,10 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.exudyn.bodies import (
     AXES,
     PARALLEL,
-    drawn_attitudes,
     moving_joints,
     norm,
 )
+from plumbob.engines.adapters.reference_pose import ReferencePose, reference_pose
 from plumbob.engines.adapters.refusals import names_of, refused_friction, refused_shapes
 from plumbob.engines.mechanism import Mechanism, Shape, Touch
 from plumbob.engines.peer_model import rotation
@@ -48,8 +48,9 @@ CORNER = 1e-3  # radius of the disc in a corner of a box, relative to the smalle
 FLAT = 1e-3  # largest thickness of a disc, relative to its diameter
 # [m] gap before the first step: it lets Exudyn see a first touch as an impact
 INITIAL_GAP = 1.0
-# [m] distance from the middle of a plane to its nearest side, for bouncing spheres
-PLANE = 100.0
+# A triangle that stands for a plane below a bouncing sphere: its corners [m]. The distance from the
+# middle of the plane to the nearest side is 100 m.
+TRIANGLE = 100.0 * np.array([[-2.0, -1.0, 0.0], [2.0, -1.0, 0.0], [0.0, 2.0, 0.0]])
 ROUNDING = 2.0 * sys.float_info.epsilon  # [m] rounding of the depths of contacts
 Mark = Callable[[Shape, Array], int]
 """Adds a marker at a place [m] in the frame of a shape; returns its number."""
@@ -74,7 +75,7 @@ def refused_contacts(mechanism: Mechanism) -> Iterator[str]:
 
 def _plane_first(mechanism: Mechanism, touch: Touch) -> tuple[Shape, Shape]:
     """The two shapes that can touch. If the second shape is a plane, it comes first."""
-    first, second = (mechanism.shapes[i] for i in touch.shapes)
+    first, second = (mechanism.shapes[number] for number in touch.shapes)
     return (second, first) if second.kind == "plane" else (first, second)
 
 
@@ -88,9 +89,9 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
         least, between, most = np.sort(other.size).tolist()
         flat = between == most and least <= FLAT * most
         return [(middle, most, AXES[np.argmin(other.size)])] if flat else []
-    turns = drawn_attitudes(mechanism)
-    normal = turns[plane.body] @ rotation(plane.attitude)[:, 2]
-    turn = (turns[other.body] @ rotation(other.attitude)).T
+    pose = reference_pose(mechanism)
+    normal = pose.turns[plane.body] @ rotation(plane.attitude)[:, 2]
+    turn = (pose.turns[other.body] @ rotation(other.attitude)).T
     direction = _direction_in_plane(normal)
     any_axis = turn @ direction / norm(direction)
     if other.kind == "box":
@@ -98,7 +99,7 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
         places = np.array(list(product((-1, 1), repeat=3))) * (other.size - radius)
         return [(place, radius, any_axis) for place in places]
     if other.kind == "sphere" and other.size[0] > POINT:
-        axis = _only_axis(mechanism, turns, other.body, normal)
+        axis = _only_axis(mechanism, pose, other.body, normal)
         return [] if axis is None else [(middle, float(other.size[0]), turn @ axis)]
     if other.kind == "sphere":
         return [(middle, float(other.size[0]), any_axis)]
@@ -106,15 +107,15 @@ def _discs(mechanism: Mechanism, plane: Shape, other: Shape) -> list[Disc]:
 
 
 def _only_axis(
-    mechanism: Mechanism, attitudes: Sequence[Array], body: int, normal: Array
+    mechanism: Mechanism, pose: ReferencePose, body: int, normal: Array
 ) -> Array | None:
     """The direction in the world of the only axis about which a body can turn, if that axis is
     parallel to a plane with this normal. If the body cannot turn, any direction in the plane; None
-    if it can turn otherwise. `attitudes` are the attitudes of all bodies in the reference pose."""
+    if it can turn about other axes, too. `pose` is the reference pose."""
     turning = [joint for joint in moving_joints(mechanism, body) if joint.kind != "slide"]
     if any(joint.kind != "hinge" for joint in turning):
         return None
-    axes = [attitudes[joint.body] @ joint.axis for joint in turning]
+    axes = [pose.axis(joint) for joint in turning]
     axis = axes[0] if axes else _direction_in_plane(normal)
     out_of_plane = abs(float(axis @ normal))
     misalignments = [norm(np.cross(other, axis)) for other in axes]
@@ -203,6 +204,3 @@ class Contacts:
             initialCoordinates=list(values), numberOfDataCoordinates=len(values)
         )
         return int(self.system.AddNode(node))
-
-
-TRIANGLE = PLANE * np.array([[-2.0, -1.0, 0.0], [2.0, -1.0, 0.0], [0.0, 2.0, 0.0]])

@@ -40,7 +40,6 @@ def joint_forces(
     """
     constant, stiffness, damping = np.zeros((3, size))
     motors = list[Motor]()
-    idle = idle_controls(mechanism)
     for number, joint in enumerate(mechanism.joints):
         actuators = actuators_of(mechanism, number)
         coordinate = places[number].start
@@ -48,18 +47,18 @@ def joint_forces(
             stiffness[coordinate] += joint.stiffness
             constant[coordinate] += joint.stiffness * float(joint.rest[0])
             damping[coordinate] += joint.damping[0]
-        ranges = [joint.force_range]
-        ranges += [actuator.control_range for actuator in actuators]
-        ranges += [actuator.force_range for actuator in actuators]
-        if actuators and (any(ranges) or controls is not None):
+        clamped = joint.force_range or any(
+            actuator.control_range or actuator.force_range for actuator in actuators
+        )
+        if actuators and (clamped or controls is not None):
             motors.append((coordinate, actuator_force(joint, actuators)))
             continue
         for actuator in actuators:
-            gear = actuator.gear
             force, force_per_length, force_per_rate = actuator.bias
-            constant[coordinate] += gear * force
-            stiffness[coordinate] -= gear**2 * force_per_length
-            damping[coordinate] -= gear**2 * force_per_rate
+            constant[coordinate] += actuator.gear * force
+            stiffness[coordinate] -= actuator.gear**2 * force_per_length
+            damping[coordinate] -= actuator.gear**2 * force_per_rate
+    idle = idle_controls(mechanism)
     force_function = _force_function(motors, size, controls or (lambda now: idle))
     return {
         "jointForceVector": constant,
@@ -80,6 +79,7 @@ def _force_function(
     def forces_at(
         system: Any, now: float, tree: int, coordinates: Array, rates: Array
     ) -> list[float]:
+        """The forces at a time [s]. The system and the number of the tree have no effect."""
         forces = [0.0] * size
         row = controls(now)
         for number, exerted in motors:

@@ -3,7 +3,7 @@ the coordinates of every step."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import exudyn
@@ -13,11 +13,11 @@ from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.exudyn.bodies import AXES
-from plumbob.engines.adapters.exudyn.builder import build
+from plumbob.engines.adapters.exudyn.builder import PlacedJoint, build
 from plumbob.engines.adapters.exudyn.contacts import rounding_of_forces
 from plumbob.engines.adapters.exudyn.tables import Tabulated
 from plumbob.engines.adapters.joints import TURNING, joint_places
-from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.sampling import Indices
 from plumbob.engines.stepper import State
@@ -81,12 +81,10 @@ class ExudynStepper:
         data = self.built.system.systemData
         q, v = np.zeros((2, data.ODE2Size()))
         places = joint_places(self.mechanism.joints)
-        for (place, place_of_rates), (joint, exudyn_place, lone_free) in zip(
-            places, self._joints(), strict=True
-        ):
-            position = state.qpos[place]
-            rates = state.qvel[place_of_rates]
-            q[exudyn_place], v[exudyn_place] = to_exudyn(joint, lone_free, position, rates)
+        for joint, (place, place_of_rates) in zip(self.built.joints, places, strict=True):
+            q[joint.place], v[joint.place] = to_exudyn(
+                joint, state.qpos[place], state.qvel[place_of_rates]
+            )
         data.SetODE2Coordinates(q, configuration=INITIAL)
         data.SetODE2Coordinates_t(v, configuration=INITIAL)
         data.SetODE2Coordinates_tt(np.zeros(len(v)), configuration=INITIAL)
@@ -159,12 +157,8 @@ class ExudynStepper:
         positions = list[Array]()
         velocities = list[Array]()
         places = joint_places(self.mechanism.joints)
-        for (place, _), (joint, exudyn_place, lone_free) in zip(
-            places, self._joints(), strict=True
-        ):
-            position, rates = from_exudyn(
-                joint, lone_free, q[:, exudyn_place], v[:, exudyn_place]
-            )
+        for joint, (place, _) in zip(self.built.joints, places, strict=True):
+            position, rates = from_exudyn(joint, q[:, joint.place], v[:, joint.place])
             if joint.kind in TURNING:
                 latest = self._latest.qpos[place][-4:]
                 position[:, -4:] = _continuous(position[:, -4:], latest)
@@ -179,38 +173,32 @@ class ExudynStepper:
         coordinates."""
         return np.atleast_2d(self.built.system.GetSensorStoredData(sensor))
 
-    def _joints(self) -> Iterator[tuple[Joint, slice, bool]]:
-        """Each joint with the place of its coordinates among Exudyn's, and whether it is the joint
-        of a lone free body."""
-        return zip(self.mechanism.joints, self.built.places, self.built.lone_free, strict=True)
 
-
-def to_exudyn(joint: Joint, lone_free: bool, qpos: Array, qvel: Array) -> tuple[Array, Array]:
-    """The coordinates of a joint and their rates in Exudyn, from those in MuJoCo. `lone_free` tells
-    whether it is the joint of a lone free body."""
+def to_exudyn(joint: PlacedJoint, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+    """The coordinates of a joint and their rates in Exudyn, from those in MuJoCo. The attitude of a
+    lone free body is a rotation vector. Other attitudes are angles about z, y and x."""
     if joint.kind not in TURNING:
         return qpos, qvel
     attitude = Rotation.from_quat(qpos[-4:], scalar_first=True)
-    if lone_free:
+    if joint.lone_free:
         return np.concatenate([qpos[:-4], attitude.as_rotvec()]), qvel
     angles = attitude.as_euler("ZYX")
     rates = np.linalg.solve(_spin_of_rates(angles[None])[0], qvel[-3:])
     return np.concatenate([qpos[:-4], angles]), np.concatenate([qvel[:-3], rates])
 
 
-def from_exudyn(joint: Joint, lone_free: bool, q: Array, v: Array) -> tuple[Array, Array]:
-    """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), from those in Exudyn. A
-    quaternion may have either sign. `lone_free` tells whether it is the joint of a lone free body,
-    whose attitude is a rotation vector in Exudyn. Other attitudes are angles about z, y and x."""
+def from_exudyn(joint: PlacedJoint, q: Array, v: Array) -> tuple[Array, Array]:
+    """The coordinates of a joint and their rates in MuJoCo, shape (n, ...), from those in Exudyn,
+    `q` and `v`. A quaternion may have either sign."""
     if joint.kind not in TURNING:
         return q, v
     vector_or_angles = q[:, -3:]
-    if lone_free:
+    if joint.lone_free:
         attitude = Rotation.from_rotvec(vector_or_angles)
     else:
         attitude = Rotation.from_euler("ZYX", vector_or_angles)
     qpos = np.concatenate([q[:, :-3], attitude.as_quat(scalar_first=True)], axis=1)
-    if lone_free:
+    if joint.lone_free:
         return qpos, v
     rates = np.einsum("nij,nj->ni", _spin_of_rates(vector_or_angles), v[:, -3:])
     return qpos, np.concatenate([v[:, :-3], rates], axis=1)

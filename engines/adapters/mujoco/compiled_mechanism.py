@@ -3,7 +3,8 @@ express."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import chain
 from types import MappingProxyType
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.colliding_pairs import colliding_pairs
-from plumbob.engines.adapters.mujoco.model_fields import name_with_kind
+from plumbob.engines.adapters.mujoco.model_fields import ONE_DEGREE, name_with_kind
 from plumbob.engines.mechanism import (
     Actuator,
     Body,
@@ -25,7 +26,6 @@ from plumbob.engines.mechanism import (
     NotExpressed,
     Shape,
     ShapeKind,
-    Term,
     Touch,
 )
 from plumbob.engines.peer_model import rotation
@@ -54,32 +54,28 @@ SHAPE_KINDS = MappingProxyType[int, ShapeKind](
         int(GEOM.mjGEOM_MESH): "hull",
     }
 )
+# Number of sizes of a geom: 3 of other kinds
 SIZES = MappingProxyType({"sphere": 1, "capsule": 2, "cylinder": 2, "plane": 0, "hull": 0})
 FIXED, AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_AFFINE)
-ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
-Ends = tuple[tuple[int, int], tuple[Array, Array], Array]
-"""Two bodies, a point in the frame of each [m], and the attitude of the second body in the
-first."""
 
 
 def compiled_mechanism(model: Any) -> Mechanism:
-    """The mechanism of a compiled model. If the model disables a stage, its numbers are zero in the
-    mechanism: gravity, stiffness, damping."""
-    loops, other_equalities = _loops(model)
-    actuators, other_actuators = _actuators(model)
+    """The mechanism of a compiled model. If the model disables gravity, springs or dampers, their
+    numbers are zero in the mechanism."""
     pairs = colliding_pairs(model)[0].tolist()
-    numbers = {geom: number for number, geom in enumerate(sorted(set(chain(*pairs))))}
-    off = model.opt.disableflags
+    geoms = sorted(set(chain(*pairs)))
+    disabled = model.opt.disableflags
     return Mechanism(
-        bodies=tuple(_body(model, i) for i in range(model.nbody)),
-        joints=tuple(_joint(model, i) for i in range(model.njnt)),
-        loops=loops,
-        shapes=tuple(_shape(model, geom) for geom in numbers),
-        touching=tuple(_touching(model, pairs, numbers)),
-        actuators=actuators,
-        gravity=np.zeros(3) if off & BITS.mjDSBL_GRAVITY else np.array(model.opt.gravity),
-        not_expressed=(*other_equalities, *other_actuators, *_not_expressed(model)),
+        bodies=tuple(_body(model, number) for number in range(model.nbody)),
+        joints=tuple(_joint(model, number) for number in range(model.njnt)),
+        loops=tuple(_loops(model)),
+        shapes=tuple(_shape(model, geom) for geom in geoms),
+        touching=tuple(_touching(model, pairs, geoms)),
+        actuators=tuple(_actuators(model)),
+        gravity=np.zeros(3) if disabled & BITS.mjDSBL_GRAVITY else np.array(model.opt.gravity),
+        not_expressed=tuple(map(NotExpressed, _not_expressed(model))),
     )
 
 
@@ -105,9 +101,9 @@ def _joint(model: Any, number: int) -> Joint:
     coordinates = slice(first, first + {"ball": 4, "free": 7}.get(kind, 1))
     degree = model.jnt_dofadr[number]
     degrees = slice(degree, degree + {"ball": 3, "free": 6}.get(kind, 1))
-    off = model.opt.disableflags
-    stiffness = 0.0 if off & BITS.mjDSBL_SPRING else float(model.jnt_stiffness[number])
-    damped = not off & BITS.mjDSBL_DAMPER
+    disabled = model.opt.disableflags
+    stiffness = 0.0 if disabled & BITS.mjDSBL_SPRING else float(model.jnt_stiffness[number])
+    damped = not disabled & BITS.mjDSBL_DAMPER
     return Joint(
         name=model.joint(number).name,
         kind=kind,
@@ -130,52 +126,42 @@ def _range(limited: Any, values: Array) -> tuple[float, float] | None:
     return (float(values[0]), float(values[1])) if limited else None
 
 
-def _loops(model: Any) -> tuple[tuple[Loop, ...], tuple[NotExpressed, ...]]:
-    """The loops of a model, and its equality constraints of other kinds."""
-    loops = list[Loop]()
-    others = list[NotExpressed]()
+def _loops(model: Any) -> Iterator[Loop]:
+    """The records of a model's active equality constraints that connect or weld two bodies."""
     for number in np.flatnonzero(model.eq_active0).tolist():
         kind = LOOP_KINDS.get(int(model.eq_type[number]))
-        if kind is None:
-            others.append(
-                NotExpressed(name_with_kind(model, "equality", number), ("constraint",))
-            )
-            continue
-        ends = _ends_at_sites if model.eq_objtype[number] == SITE else _ends_in_bodies
-        bodies, places, attitude = ends(model, number, kind)
-        loops.append(Loop(model.equality(number).name, kind, bodies, places, attitude))
-    return tuple(loops), tuple(others)
+        if kind is not None:
+            at_sites = model.eq_objtype[number] == SITE
+            loop = _loop_of_sites if at_sites else _loop_of_bodies
+            yield loop(model, number, kind)
 
 
-def _ends_in_bodies(model: Any, number: int, kind: LoopKind) -> Ends:
-    """The ends of an equality constraint between two bodies."""
+def _loop_of_bodies(model: Any, number: int, kind: LoopKind) -> Loop:
+    """The record of an equality constraint between two bodies."""
     first, second = np.array(model.eq_data[number, :3]), np.array(model.eq_data[number, 3:6])
-    # A weld's anchor belongs to its second body, a connect's first point to its first.
+    # MuJoCo writes the point of a connect's first body first, and of a weld's second body.
     places = (first, second) if kind == "connect" else (second, first)
     bodies = (int(model.eq_obj1id[number]), int(model.eq_obj2id[number]))
-    return bodies, places, np.array(model.eq_data[number, 6:10])
+    attitude = np.array(model.eq_data[number, 6:10])
+    return Loop(model.equality(number).name, kind, bodies, places, attitude)
 
 
-def _ends_at_sites(model: Any, number: int, kind: LoopKind) -> Ends:
-    """The ends of an equality constraint between two sites: the sites' bodies, the sites' places,
-    and the attitude of the second body in the first at which the sites' frames coincide."""
-    sites = [int(model.eq_obj1id[number]), int(model.eq_obj2id[number])]
-    bodies = (int(model.site_bodyid[sites[0]]), int(model.site_bodyid[sites[1]]))
+def _loop_of_sites(model: Any, number: int, kind: LoopKind) -> Loop:
+    """The record of an equality constraint between two sites, as a constraint between their bodies:
+    the sites' places, and the attitude of the second body in the first at which the sites' frames
+    coincide."""
+    first, second = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
+    bodies = (int(model.site_bodyid[first]), int(model.site_bodyid[second]))
+    places = (np.array(model.site_pos[first]), np.array(model.site_pos[second]))
     inverse, attitude = np.zeros(4), np.zeros(4)
-    mujoco.mju_negQuat(inverse, model.site_quat[sites[1]])
-    mujoco.mju_mulQuat(attitude, model.site_quat[sites[0]], inverse)
-    places = (np.array(model.site_pos[sites[0]]), np.array(model.site_pos[sites[1]]))
-    return bodies, places, attitude
+    mujoco.mju_negQuat(inverse, model.site_quat[second])
+    mujoco.mju_mulQuat(attitude, model.site_quat[first], inverse)
+    return Loop(model.equality(number).name, kind, bodies, places, attitude)
 
 
 def _shape(model: Any, geom: int) -> Shape:
     """The record of a geom of a model."""
     kind = SHAPE_KINDS[int(model.geom_type[geom])]
-    points = np.zeros((0, 3))
-    if kind == "hull":
-        mesh = int(model.geom_dataid[geom])
-        first = model.mesh_vertadr[mesh]
-        points = np.array(model.mesh_vert[first : first + model.mesh_vertnum[mesh]], float)
     return Shape(
         name=model.geom(geom).name,
         kind=kind,
@@ -183,139 +169,112 @@ def _shape(model: Any, geom: int) -> Shape:
         place=np.array(model.geom_pos[geom]),
         attitude=np.array(model.geom_quat[geom]),
         size=np.array(model.geom_size[geom, : SIZES.get(kind, 3)]),
-        points=points,
     )
 
 
 def _touching(
-    model: Any, pairs: Sequence[Sequence[int]], numbers: Mapping[int, int]
+    model: Any, pairs: Sequence[Sequence[int]], geoms: Sequence[int]
 ) -> Iterator[Touch]:
     """Yields a record for each of the `pairs` of geoms that can touch, with the friction that
-    MuJoCo gives the pair. `numbers` is {number of a geom: number of its shape in the mechanism}."""
-    listed = {
-        tuple(sorted(pair)): number
-        for number, pair in enumerate(
-            zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
-        )
-    }
-    for first, second in pairs:
-        number = listed.get((first, second))
+    MuJoCo gives the pair. `geoms` has the geom of each shape of the mechanism."""
+    shape_of_geom = {geom: shape for shape, geom in enumerate(geoms)}
+    declared_pairs = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
+    declared = {tuple(sorted(pair)): number for number, pair in enumerate(declared_pairs)}
+    for pair in pairs:
+        number = declared.get(tuple(pair))
         if number is None:
-            dimensions, friction = _mixed(model, first, second)
+            dimensions, friction = _mixed(model, pair)
         else:
             dimensions = int(model.pair_dim[number])
             friction = model.pair_friction[number].tolist()
         # A contact of dimension 1 has no friction; 3 adds sliding, 4 torsional, 6 rolling friction.
-        acting = (dimensions >= 3, dimensions >= 3, dimensions >= 4, *[dimensions >= 6] * 2)
+        least_dimensions = (3, 3, 4, 6, 6)
         sliding_1, sliding_2, torsional, rolling_1, rolling_2 = (
-            value * acts for value, acts in zip(friction, acting, strict=True)
+            coefficient * (dimensions >= least)
+            for coefficient, least in zip(friction, least_dimensions, strict=True)
         )
         yield Touch(
-            shapes=(numbers[first], numbers[second]),
+            shapes=(shape_of_geom[pair[0]], shape_of_geom[pair[1]]),
             sliding=(sliding_1, sliding_2),
             torsional=torsional,
             rolling=(rolling_1, rolling_2),
         )
 
 
-def _mixed(model: Any, first: int, second: int) -> tuple[int, list[float]]:
+def _mixed(model: Any, pair: Sequence[int]) -> tuple[int, list[float]]:
     """The dimension and the five friction coefficients of a contact between two geoms: those of the
     geom with the higher priority; at equal priority the larger value of each."""
-    geoms = [first, second]
-    highest = model.geom_priority[geoms].max()
-    deciding = [g for g in geoms if model.geom_priority[g] == highest]
+    highest = model.geom_priority[pair].max()
+    deciding = [geom for geom in pair if model.geom_priority[geom] == highest]
     sliding, torsional, rolling = model.geom_friction[deciding].max(axis=0).tolist()
     dimensions = int(model.geom_condim[deciding].max())
     return dimensions, [sliding, sliding, torsional, rolling, rolling]
 
 
-def _actuators(model: Any) -> tuple[tuple[Actuator, ...], tuple[NotExpressed, ...]]:
-    """The records of actuators on hinges and slides, and the names of all other actuators."""
-    actuators = list[Actuator]()
-    others = list[NotExpressed]()
+def _actuators(model: Any) -> Iterator[Actuator]:
+    """The records of the actuators that a mechanism can express."""
     if model.opt.disableflags & BITS.mjDSBL_ACTUATION:
-        return (), ()
+        return
     clamped = not model.opt.disableflags & BITS.mjDSBL_CLAMPCTRL
-    for number in range(model.nactuator):
-        if not _simple(model, number):
-            others.append(
-                NotExpressed(name_with_kind(model, "actuator", number), ("actuator",))
-            )
-            continue
+    for number in filter(partial(_simple, model), range(model.nactuator)):
         control = int(model.actuator_ctrladr[number])
         bias = model.actuator_biasprm[number, :3] * (model.actuator_biastype[number] == AFFINE)
         limited = clamped and model.actuator_ctrllimited[control]
-        actuators.append(
-            Actuator(
-                name=model.actuator(number).name,
-                joint=int(model.actuator_trnid[number, 0]),
-                control=control,
-                gear=float(model.actuator_gear[number, 0]),
-                gain=float(model.actuator_gainprm[number, 0]),
-                bias=(float(bias[0]), float(bias[1]), float(bias[2])),
-                control_range=_range(limited, model.actuator_ctrlrange[control]),
-                force_range=_range(
-                    model.actuator_forcelimited[number], model.actuator_forcerange[number]
-                ),
-            )
+        yield Actuator(
+            name=model.actuator(number).name,
+            joint=int(model.actuator_trnid[number, 0]),
+            control=control,
+            gear=float(model.actuator_gear[number, 0]),
+            gain=float(model.actuator_gainprm[number, 0]),
+            bias=(float(bias[0]), float(bias[1]), float(bias[2])),
+            control_range=_range(limited, model.actuator_ctrlrange[control]),
+            force_range=_range(
+                model.actuator_forcelimited[number], model.actuator_forcerange[number]
+            ),
         )
-    return tuple(actuators), tuple(others)
 
 
 def _simple(model: Any, number: int) -> bool:
     """Whether an actuator acts on a hinge or a slide with a force that is linear in its control,
     the joint's coordinate and the joint's velocity."""
-    on_joint = int(model.actuator_trntype[number]) in (
-        int(mujoco.mjtTrn.mjTRN_JOINT),
-        int(mujoco.mjtTrn.mjTRN_JOINTINPARENT),
-    )
-    one = on_joint and int(model.jnt_type[model.actuator_trnid[number, 0]]) in ONE_DEGREE
+    on_joint = int(model.actuator_trntype[number]) in ON_JOINT
+    one_degree = on_joint and int(model.jnt_type[model.actuator_trnid[number, 0]]) in ONE_DEGREE
     linear = (
         int(model.actuator_dyntype[number]) == int(mujoco.mjtDyn.mjDYN_NONE)
         and model.actuator_gaintype[number] == FIXED
         and model.actuator_biastype[number] in (int(mujoco.mjtBias.mjBIAS_NONE), AFFINE)
     )
-    plain = model.actuator_ctrlnum[number] == 1 and model.actuator_plugin[number] < 0
-    return bool(one and linear and plain)
+    one_control = model.actuator_ctrlnum[number] == 1
+    no_plug_in = model.actuator_plugin[number] < 0
+    return bool(one_degree and linear and one_control and no_plug_in)
 
 
-def _not_expressed(model: Any) -> Iterator[NotExpressed]:
-    """Names the parts of a model, other than equalities and actuators, for which a mechanism has no
-    record."""
+def _not_expressed(model: Any) -> Iterator[str]:
+    """Names the parts of a model for which a mechanism has no record."""
 
-    def parts(what: str, kind: str, numbers: Any, *terms: Term) -> Iterator[NotExpressed]:
-        for number in numbers.tolist():
-            yield NotExpressed(what + name_with_kind(model, kind, number), terms)
+    def names(kind: str, numbers: Any, what: str = "") -> list[str]:
+        """The names of the parts of a kind with these numbers, after the word for `what` they
+        have."""
+        return [what + name_with_kind(model, kind, int(number)) for number in numbers]
 
-    for number in range(model.ntendon):
-        name = name_with_kind(model, "tendon", number)
-        yield NotExpressed(name, _terms_of_tendon(model, number))
-    yield from parts("", "flex", np.arange(model.nflex), "passive", "constraint")
-    plug_ins = np.flatnonzero(model.body_plugin >= 0)
-    yield from parts("plug-in of ", "body", plug_ins, "passive")
+    active = np.flatnonzero(model.eq_active0)
+    other_kinds = ~np.isin(model.eq_type[active], list(LOOP_KINDS))
+    yield from names("equality", active[other_kinds])
+    if not model.opt.disableflags & BITS.mjDSBL_ACTUATION:
+        actuators = range(model.nactuator)
+        yield from names("actuator", [n for n in actuators if not _simple(model, n)])
+    yield from names("tendon", range(model.ntendon))
+    yield from names("flex", range(model.nflex))
+    yield from names("body", np.flatnonzero(model.body_plugin >= 0), "plug-in of ")
     if model.opt.density or model.opt.viscosity:
-        yield NotExpressed("drag of the medium", ("passive",))
-    nonlinear = np.flatnonzero(np.any(model.jnt_stiffnesspoly, axis=1))
-    yield from parts("nonlinear spring of ", "joint", nonlinear, "passive")
-    nonlinear = model.dof_jntid[np.any(model.dof_dampingpoly, axis=1)]
-    yield from parts("nonlinear damping of ", "joint", nonlinear, "passive")
-    held = np.flatnonzero(model.jnt_actgravcomp)
-    what = "gravity compensation by actuators of "
-    yield from parts(what, "joint", held, "passive", "actuator")
-    yield from parts("motion capture of ", "body", np.flatnonzero(model.body_mocapid >= 0))
+        yield "drag of the medium"
+    nonlinear_springs = np.flatnonzero(np.any(model.jnt_stiffnesspoly, axis=1))
+    yield from names("joint", nonlinear_springs, "nonlinear spring of ")
+    nonlinear_dampers = model.dof_jntid[np.any(model.dof_dampingpoly, axis=1)]
+    yield from names("joint", nonlinear_dampers, "nonlinear damping of ")
+    compensated = np.flatnonzero(model.jnt_actgravcomp)
+    yield from names("joint", compensated, "gravity compensation by actuators of ")
+    yield from names("body", np.flatnonzero(model.body_mocapid >= 0), "motion capture of ")
     colliding = (model.geom_contype | model.geom_conaffinity) != 0
-    unknown = ~np.isin(model.geom_type, list(SHAPE_KINDS))
-    yield from parts("", "geom", np.flatnonzero(colliding & unknown), "constraint")
-
-
-def _terms_of_tendon(model: Any, number: int) -> tuple[Term, ...]:
-    """The terms of the equations of motion to which a tendon contributes. Forces of actuators on
-    the tendon do not count: they belong to the actuators."""
-    terms = list[Term]()
-    if model.tendon_armature[number]:
-        terms += ["mass matrix", "bias"]
-    if model.tendon_stiffness[number] or model.tendon_damping[number]:
-        terms.append("passive")
-    if model.tendon_limited[number] or model.tendon_frictionloss[number]:
-        terms.append("constraint")
-    return tuple(terms)
+    other_shapes = ~np.isin(model.geom_type, list(SHAPE_KINDS))
+    yield from names("geom", np.flatnonzero(colliding & other_shapes))

@@ -15,8 +15,9 @@ import numpy as np
 from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
+ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 JOINTS = ("armature", "damping", "stiffness", "frictionloss")
-# field of a body that holds the number of its first joint or geom
+# Field of a body that holds the number of its first joint or geom
 FIRST = MappingProxyType({"joint": "jntadr", "geom": "geomadr"})
 CONTACTS = ("friction", "solref", "solimp")
 
@@ -43,9 +44,8 @@ def fields_in(model: Any, named: Any = None) -> Fields:
         if body.mass > 0.0:
             yield "mass", name, body.mass[0]
             yield "inertia", name, np.sort(body.inertia)
-    one_degree = [int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)]
     for name, joint in parts("joint", "njnt"):
-        if joint.type[0] in one_degree:
+        if joint.type[0] in ONE_DEGREE:
             for field in JOINTS:
                 yield field, name, getattr(joint, field)[0]
     geoms = [(name, g) for name, g in parts("geom", "ngeom") if g.contype or g.conaffinity]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
-from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.constrained import CONSTRAINED, scheme_unless_constrained
 from plumbob.engines.adapters.mjwarp import start_warp
 from plumbob.engines.adapters.pendulum_errors import model_error
 from plumbob.engines.adapters.ported import SINGLE
@@ -87,12 +87,6 @@ METHODS = (
 )
 
 
-def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case. If bodies touch or a loop is closed, no theory covers
-    the scheme."""
-    return CONSTRAINED if constrained(case) else method.scheme
-
-
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
     start_warp()
@@ -123,7 +117,7 @@ ENGINE = Engine(
     model_error,
     optional=True,
     abilities=(
-        SchemeOfCase(scheme),
+        SchemeOfCase(scheme_unless_constrained),
         ModelReader(_read_fields),
         RunsFiles(_load_file, 2.0**-24),
     ),

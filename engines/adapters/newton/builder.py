@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -26,14 +26,15 @@ from plumbob.engines.adapters.joints import (
 )
 from plumbob.engines.adapters.refusals import (
     names_of,
+    refuse,
     refused_directions,
     refused_parts,
     refused_shapes,
     refused_weights,
 )
 from plumbob.engines.adapters.rotors import moved_inertia
-from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
-from plumbob.engines.method import Unsupported
+from plumbob.engines.adapters.shape_copies import add_shape_copies
+from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape, Touch
 from plumbob.engines.peer_model import rotation
 from plumbob.models.idealisations import Velocity
 
@@ -85,8 +86,7 @@ class Built:
 
 def build(mechanism: Mechanism, solver: SolverName) -> Built:
     """The model of a mechanism for a solver; raises Unsupported."""
-    for feature in refused_features(mechanism, solver):
-        raise Unsupported(f"feature {feature}")
+    refuse(refused_features(mechanism, solver))
     builder = newton.ModelBuilder(up_axis=newton.Axis.Z)
     newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
     body_frames = _add_trees(mechanism, solver, builder)
@@ -122,14 +122,7 @@ def refused_features(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
     express."""
     yield from refused_parts(mechanism)
     yield from refused_weights(mechanism)
-    for number in range(1, len(mechanism.bodies)):
-        joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
-        slides = [joint.kind == "slide" for joint in joints]
-        slides_first = slides == sorted(slides, reverse=True)
-        one_place = all(np.array_equal(joints[0].place, joint.place) for joint in joints)
-        if len(joints) > 1 and not (slides_first and one_place):
-            name = mechanism.bodies[number].name
-            yield f"joints of body {name} that are not slides, then hinges through one place"
+    yield from _refused_bodies(mechanism)
     for joint in mechanism.joints:
         name = joint_name(mechanism, joint)
         for part, reason in _refused_parts_of_joint(joint, solver):
@@ -142,6 +135,23 @@ def refused_features(mechanism: Mechanism, solver: SolverName) -> Iterator[str]:
         yield "limit of the sum of forces on a joint"
     yield from refused_shapes(mechanism)
     yield from _refused_constraints(mechanism, solver)
+
+
+def _refused_bodies(mechanism: Mechanism) -> Iterator[str]:
+    """Names the bodies whose joints Newton's joint with several axes cannot express."""
+    for number in range(1, len(mechanism.bodies)):
+        joints = _joints_of(mechanism, number)
+        slides = [joint.kind == "slide" for joint in joints]
+        slides_first = slides == sorted(slides, reverse=True)
+        one_place = all(np.array_equal(joints[0].place, joint.place) for joint in joints)
+        if len(joints) > 1 and not (slides_first and one_place):
+            name = mechanism.bodies[number].name
+            yield f"joints of body {name} that are not slides, then hinges through one place"
+
+
+def _joints_of(mechanism: Mechanism, body: int) -> list[Joint]:
+    """The joints between a body and its parent."""
+    return [mechanism.joints[number] for number in joints_of_body(mechanism, body)]
 
 
 def _refused_parts_of_joint(joint: Joint, solver: SolverName) -> Iterator[tuple[str, str]]:
@@ -193,12 +203,15 @@ def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[B
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         parent, frame = body_frames[body.parent]
         drawn = frame * transform(body.place, body.attitude)
-        joints = [mechanism.joints[i] for i in joints_of_body(mechanism, number)]
+        joints = _joints_of(mechanism, number)
         if joints:
             link = builder.add_link(lock_inertia=True)
             roots.append(roots[parent] if parent >= 0 else link)
-            joint = _add_joint(mechanism, joints, solver, builder, (parent, link, drawn))
-            trees.setdefault(roots[link], []).append(joint)
+            axes = [
+                _axis(mechanism, joint, solver) for joint in joints if joint.kind in ONE_AXIS
+            ]
+            joint_number = _add_joint(builder, joints, axes, parent, link, drawn)
+            trees.setdefault(roots[link], []).append(joint_number)
             parent = link
             drawn = transform(np.zeros(3))
         body_frames.append((parent, drawn))
@@ -211,11 +224,11 @@ def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[B
     return body_frames
 
 
-def _body_in_link(body: Body, at: Any) -> Body:
-    """The body with its centre of mass and its inertia in the frame of its link. `at` is the body's
-    frame on the link, a transform of Newton."""
-    turn = rotation(np.roll(np.array(at.q, float), 1))
-    centre = np.array(at.p, float) + turn @ body.centre
+def _body_in_link(body: Body, frame: Any) -> Body:
+    """The body with its centre of mass and its inertia in the frame of its link. `frame` is the
+    body's frame on the link, a transform of Newton."""
+    turn = rotation(np.roll(np.array(frame.q, float), 1))
+    centre = np.array(frame.p, float) + turn @ body.centre
     return replace(body, centre=centre, inertia=turn @ body.inertia @ turn.T)
 
 
@@ -236,16 +249,15 @@ def _set_inertia(builder: Any, link: int, parts: Sequence[Body]) -> None:
 
 
 def _add_joint(
-    mechanism: Mechanism,
-    joints: Sequence[Joint],
-    solver: SolverName,
     builder: Any,
-    ends: tuple[int, int, Any],
+    joints: Sequence[Joint],
+    axes: Sequence[Any],
+    parent: int,
+    link: int,
+    drawn: Any,
 ) -> int:
-    """Adds Newton's joint for all joints of a body; returns its number. `ends` has the numbers of
-    the parent link and of the body's link, and the body's frame on the parent link in the
-    drawing."""
-    parent, link, drawn = ends
+    """Adds Newton's joint for all joints of a body, whose `axes` are Newton's; returns its number.
+    In the drawing, the body of `link` has the frame `drawn` on the link `parent`."""
     first = joints[0]
     if first.kind == "free":
         return int(builder.add_joint_free(link))
@@ -254,29 +266,26 @@ def _add_joint(
     if first.kind == "ball":
         damping = float(first.damping[0])
         return int(builder.add_joint_ball(parent, link, damping=damping, **frames))
-    axes: dict[str, list[Any]] = {"slide": [], "hinge": []}
-    for joint in joints:
-        axes[joint.kind].append(_axis(mechanism, joint, solver))
-    return int(
-        builder.add_joint_d6(
-            parent, link, linear_axes=axes["slide"], angular_axes=axes["hinge"], **frames
-        )
+    slides = sum(joint.kind == "slide" for joint in joints)  # they come before the hinges
+    joint_number = builder.add_joint_d6(
+        parent, link, linear_axes=axes[:slides], angular_axes=axes[slides:], **frames
     )
+    return int(joint_number)
 
 
 def _axis(mechanism: Mechanism, joint: Joint, solver: SolverName) -> Any:
-    """Newton's axis for a hinge or a slide, with the spring, the servos and the limits."""
+    """Newton's axis for a hinge or a slide, with its spring, its servos and its limits."""
     reference = float(joint.reference[0])
     armature = float(joint.armature[0])
-    stiffness = 0.0  # stiffness of the servos
-    damping = 0.0  # damping of the servos
+    servo_stiffness = 0.0
+    servo_damping = 0.0
     for motor in mechanism.actuators:
         if mechanism.joints[motor.joint] is joint:
-            stiffness -= motor.gear**2 * motor.bias[1]
-            damping -= motor.gear**2 * motor.bias[2]
+            servo_stiffness -= motor.gear**2 * motor.bias[1]
+            servo_damping -= motor.gear**2 * motor.bias[2]
     if joint.velocity is not None:
         armature = _rotor_inertia(mechanism, joint, solver)
-        stiffness = RIGID if solver == "xpbd" else 0.0
+        servo_stiffness = RIGID if solver == "xpbd" else 0.0
     limits = {}
     if joint.limits is not None:
         low, high = joint.limits
@@ -288,9 +297,9 @@ def _axis(mechanism: Mechanism, joint: Joint, solver: SolverName) -> Any:
         rest_q=float(joint.rest[0]) - reference,
         damping=float(joint.damping[0]),
         friction=float(joint.friction_loss[0]),
-        target_q=-reference if stiffness else 0.0,
-        target_ke=stiffness,
-        target_kd=damping,
+        target_q=-reference if servo_stiffness else 0.0,
+        target_ke=servo_stiffness,
+        target_kd=servo_damping,
         **limits,
     )
 
@@ -321,24 +330,24 @@ def _close_loops(mechanism: Mechanism, body_frames: Sequence[BodyFrame], builder
 
 
 def _add_shapes(mechanism: Mechanism, body_frames: Sequence[BodyFrame], builder: Any) -> None:
-    """Adds the shapes of a mechanism, and lets only the pairs in `mechanism.touching` collide.
+    """Adds the shapes of a mechanism, and lets only the pairs in `mechanism.touching` collide. A
+    pair of Newton's shapes has the mean, or the larger, of the coefficients of its two shapes."""
 
-    A pair of shapes has the mean, or the larger, of the coefficients of its two shapes. If a shape
-    has different coefficients in its pairs, there is a copy of the shape for each.
-    """
-    numbers = dict[tuple[int, Surface], int]()  # number of Newton's shape for each copy
-    touching = set[frozenset[int]]()
-    for touch in mechanism.touching:
-        surface = (touch.sliding[0], touch.torsional, touch.rolling[0], touch.restitution)
-        for i in touch.shapes:
-            if (i, surface) not in numbers:
-                shape = mechanism.shapes[i]
-                body_frame = body_frames[shape.body]
-                numbers[i, surface] = _add_shape(builder, body_frame, shape, surface)
-        touching.add(frozenset(numbers[i, surface] for i in touch.shapes))
-    for first, second in combinations(numbers.values(), 2):
+    def add(number: int, surface: Surface) -> int:
+        """Adds the shape with a number and these coefficients."""
+        shape = mechanism.shapes[number]
+        return _add_shape(builder, body_frames[shape.body], shape, surface)
+
+    pairs = add_shape_copies(mechanism, _surface, add)
+    touching = {frozenset(pair) for pair in pairs}
+    for first, second in combinations(sorted(set(chain.from_iterable(pairs))), 2):
         if frozenset((first, second)) not in touching:
             builder.add_shape_collision_filter_pair(first, second)
+
+
+def _surface(touch: Touch) -> Surface:
+    """The coefficients of a pair of shapes."""
+    return touch.sliding[0], touch.torsional, touch.rolling[0], touch.restitution
 
 
 def _add_shape(builder: Any, body_frame: BodyFrame, shape: Shape, surface: Surface) -> int:

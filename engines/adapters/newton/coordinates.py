@@ -30,14 +30,17 @@ class Coordinates:
     ) -> None:
         places = list(joint_places(joints))
         self._reference = np.concatenate(
-            [0.0 * x.reference if x.kind in TURNING else x.reference for x in joints]
+            [
+                0.0 * joint.reference if joint.kind in TURNING else joint.reference
+                for joint in joints
+            ]
         )
         self._without_turns = [  # places of the angles whose whole turns are unknown
             place.start
             for joint, (place, _) in zip(joints, places, strict=True)
             if maximal and joint.kind == "hinge"
         ]
-        # for each joint with a quaternion: the number after its last coordinate, the number after
+        # For each joint with a quaternion: the number after its last coordinate, the number after
         # its last rate, and the centre of mass if the joint is free
         self._turning = list[tuple[int, int, Array | None]]()
         for joint, centre, (place, rates) in zip(joints, centres, places, strict=True):

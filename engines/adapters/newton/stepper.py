@@ -19,7 +19,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import joint_places
 from plumbob.engines.adapters.newton.builder import Built
 from plumbob.engines.adapters.newton.coordinates import Coordinates
-from plumbob.engines.joint_forces import ends
+from plumbob.engines.adapters.step_clock import StepClock
+from plumbob.engines.joint_forces import ends, force_of_controls
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Options
 from plumbob.engines.stepper import State
@@ -58,8 +59,7 @@ class NewtonStepper:
         self.solver = SOLVERS[solver](built.model, **arguments)
         self._step_graph = self._record_step()
         self._reading_graph = self._record_reading() if self._maximal else None
-        self._start_time = 0.0  # [s]
-        self._steps_taken = 0
+        self._clock = StepClock(step)
         self._forced = False  # whether forces of the last step act on
         self._imposed = list[float]()  # latest coordinates that drives have imposed
         self._latest = State(self._reference, np.zeros(len(self._reference)))
@@ -84,8 +84,7 @@ class NewtonStepper:
 
     def put(self, state: State, time: float = 0.0) -> None:
         """Sets the state, at a time [s]."""
-        self._start_time = time
-        self._steps_taken = 0
+        self._clock.restart(time)
         self._latest = state
         held_places = [held.place for held in self.built.held]
         self._imposed = [state.qpos[place] - self._reference[place] for place in held_places]
@@ -131,7 +130,7 @@ class NewtonStepper:
                 write(rows[number])
             warp.capture_launch(self._step_graph)
         warp.synchronize()
-        self._steps_taken += steps
+        self._clock.steps_taken += steps
 
     def _forces(self, controls: Array | None, steps: int) -> Array | None:
         """The forces on the joints in each of the next steps, shape (steps, degrees of freedom).
@@ -141,12 +140,10 @@ class NewtonStepper:
             return None
         rows = np.zeros((steps, len(self.built.model.joint_qd)))
         for motor in self.mechanism.actuators:
-            control = np.zeros(steps) if controls is None else controls[:, motor.control]
-            control = np.clip(control, *ends(motor.control_range))
-            force = motor.gain * control + motor.bias[0]
-            force = np.clip(force, *ends(motor.force_range))
+            unclamped = force_of_controls(motor, controls, steps)
+            force = np.clip(unclamped, *ends(motor.force_range))
             rows[:, self._first_rates[motor.joint]] += motor.gear * force
-        times = self._times(steps)
+        times = self._clock.next_times(steps)
         for held in rotors:
             # With the mean acceleration of a step, the velocity is exact at the end of the step.
             rows[:, held.degree] += held.rotor * np.diff(held.velocity(times)) / self.step
@@ -160,18 +157,13 @@ class NewtonStepper:
         if not self._maximal or not self.built.held:
             return None
         rows = np.tile(self._control.joint_target_q.numpy(), (steps, 1))
-        ends = self._times(steps)[1:]
+        end_times = self._clock.next_times(steps)[1:]
         for number, held in enumerate(self.built.held):
-            displacements = self.step * np.cumsum(held.velocity(ends))
+            displacements = self.step * np.cumsum(held.velocity(end_times))
             coordinates = self._imposed[number] + displacements
             self._imposed[number] = coordinates[-1]
             rows[:, held.place] = coordinates
         return rows
-
-    def _times(self, steps: int) -> Array:
-        """The grid times of the next steps [s], shape (steps + 1,)."""
-        numbers = np.arange(self._steps_taken, self._steps_taken + steps + 1, dtype=np.float64)
-        return self._start_time + self.step * numbers
 
 
 def bounces(mechanism: Mechanism) -> bool:

@@ -19,7 +19,7 @@ from plumbob.engines.abilities import (
     RunsFiles,
     SchemeOfCase,
 )
-from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.constrained import scheme_unless_constrained
 from plumbob.engines.adapters.own_derivatives import derivative_by_mechanisms
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method, Simulation
@@ -42,11 +42,6 @@ METHODS = (
         kinds=KINDS,
     ),
 )
-
-
-def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case. If a loop is closed, no theory covers the scheme."""
-    return CONSTRAINED if constrained(case) else method.scheme
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -101,7 +96,7 @@ ENGINE = Engine(
     no_error,
     optional=True,
     abilities=(
-        SchemeOfCase(scheme),
+        SchemeOfCase(scheme_unless_constrained),
         ModelReader(_read_fields),
         derivative_by_mechanisms("rnea", _derivatives, 1e-12),
         RunsFiles(_load_file),

@@ -25,7 +25,7 @@ from plumbob.engines.adapters.joints import (
     joint_places,
     joints_of_body,
 )
-from plumbob.engines.adapters.refusals import names_of
+from plumbob.engines.adapters.refusals import names_of, refuse
 from plumbob.engines.joint_forces import (
     JointForce,
     actuators_of,
@@ -33,11 +33,10 @@ from plumbob.engines.joint_forces import (
     passive_and_actuator_force,
 )
 from plumbob.engines.mechanism import Joint, Mechanism, is_constant
-from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 
 CLOSING = 50.0  # [1/s] rate at which the gap of a loop closes, critically damped
-# accuracy, mu and largest number of iterations of the solver for loops
+# Accuracy, mu and largest number of iterations of the solver for loops
 PROXIMAL = (1e-14, 1e-10, 50)
 NEAR = 1e-6  # [s] half the interval of the central difference of a prescribed velocity
 
@@ -56,8 +55,7 @@ class Dynamics:
     feature of the mechanism."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        for feature in refused_features(mechanism):
-            raise Unsupported(f"feature {feature}")
+        refuse(refused_features(mechanism))
         self.mechanism = mechanism
         self.model = pinocchio.Model()
         self.carried = pinocchio.Model()  # model whose weights are those that forces carry
@@ -70,7 +68,7 @@ class Dynamics:
         self.driven, self.damping = _driven_joints(mechanism)
         self.attitudes = tuple(_attitudes(mechanism))
         self.reference, self.order = _coordinates(mechanism, self.attitudes)
-        self.uncontrolled = idle_controls(mechanism)
+        self.idle = idle_controls(mechanism)  # controls that are zero
         places = joint_places(mechanism.joints)
         self.held = [
             (place_of_rates.start, joint.velocity)
@@ -227,8 +225,9 @@ def _add_trees(mechanism: Mechanism, model: Any, carried: Any) -> list[tuple[int
     for number, body in enumerate(mechanism.bodies[1:], start=1):
         above, frame = frames[body.parent]
         frame = frame * transform(body.place, body.attitude)
-        for i in joints_of_body(mechanism, number):
-            above, frame = _add_joint((model, carried), i, mechanism.joints[i], above, frame)
+        for joint_number in joints_of_body(mechanism, number):
+            joint = mechanism.joints[joint_number]
+            above, frame = _add_joint((model, carried), joint_number, joint, above, frame)
         moments = np.zeros((3, 3)) if body.point else body.inertia
         inertia = pinocchio.Inertia(body.mass, body.centre, moments)
         model.appendBodyToJoint(above, inertia, frame)
@@ -249,12 +248,11 @@ def _add_joint(
         frame = transform(np.zeros(3))
     joint_frame = frame * transform(joint.place)
     for part, joint_model in enumerate(_joint_models(joint)):
-        # All models number their joints alike.
-        (last, *_) = [
+        numbers = [
             model.addJoint(above, joint_model, joint_frame, f"{number} {part}")
             for model in models
         ]
-        above = last
+        above = numbers[0]  # all models number their joints alike
         joint_frame = transform(np.zeros(3))
     return above, transform(-joint.place)
 

@@ -28,15 +28,15 @@ def derivatives(
 ) -> EndDerivatives:
     """The end of a run of the middle one of three scenes over a duration [s], with its derivatives
     by a number that differs by `difference` between the outer two scenes; raises Unsupported."""
-    low, here, high = (scene.start for scene in scenes)
-    count = len(here.qpos)
+    low, middle, high = (scene.start for scene in scenes)
+    count = len(middle.qpos)
     equation = Equation(
         acceleration=Variation(scenes, difference).acceleration,
-        position=np.concatenate([here.qpos, (high.qpos - low.qpos) / difference]),
-        rate=np.concatenate([here.qvel, (high.qvel - low.qvel) / difference]),
+        position=np.concatenate([middle.qpos, (high.qpos - low.qpos) / difference]),
+        rate=np.concatenate([middle.qvel, (high.qvel - low.qvel) / difference]),
         speed=1.0,
-        names=tuple(f"q{i}" for i in range(2 * count)),
-        rate_names=tuple(f"v{i}" for i in range(2 * count)),
+        names=tuple(f"q{number}" for number in range(2 * count)),
+        rate_names=tuple(f"v{number}" for number in range(2 * count)),
     )
     run = fixed_steps(equation, method.scheme.integrator, duration, step).run()
     names = (*equation.names, *equation.rate_names)
@@ -76,23 +76,34 @@ class Variation:
         derivatives of both are equal."""
         qpos, by_qpos = np.split(position, 2)
         qvel, by_qvel = np.split(rate, 2)
-        low, acceleration, high = (self._side(i, time, qpos, qvel) for i in range(3))
+        low, acceleration, high = (
+            self._acceleration_in_scene(number, time, qpos, qvel) for number in range(3)
+        )
+        slope = (high - low) / self.difference
+        forces = self._forces_of_change(qpos, qvel, acceleration, (by_qpos, by_qvel))
         dynamics, _ = self.sides[1]
-        q = dynamics.configured(qpos)
+        inertia = dynamics.inertia(dynamics.configured(qpos))
+        slope[dynamics.free] += np.linalg.solve(inertia, forces[dynamics.free])
+        return np.concatenate([acceleration, slope])
+
+    def _forces_of_change(
+        self, qpos: Array, qvel: Array, acceleration: Array, change: tuple[Array, Array]
+    ) -> Any:
+        """The generalised forces that drive the acceleration's derivative, if the coordinates and
+        the rates have the derivatives `change`."""
+        by_qpos, by_qvel = change
+        dynamics, _ = self.sides[1]
         data = dynamics.data
+        q = dynamics.configured(qpos)
         pinocchio.computeRNEADerivatives(dynamics.model, data, q, qvel, acceleration)
         stiffness = data.dtau_dq + np.diag(self.stiffness)
         damping = data.dtau_dv + np.diag(self.damping)
-        forces = -stiffness @ by_qpos - damping @ by_qvel
-        slope = (high - low) / self.difference
-        free = dynamics.free
-        slope[free] += np.linalg.solve(dynamics.inertia(q), forces[free])
-        return np.concatenate([acceleration, slope])
+        return -stiffness @ by_qpos - damping @ by_qvel
 
-    def _side(self, side: int, time: float, qpos: Array, qvel: Array) -> Any:
-        """The acceleration in the scene with the number `side`."""
-        dynamics, controls_at = self.sides[side]
-        controls = dynamics.uncontrolled
+    def _acceleration_in_scene(self, number: int, time: float, qpos: Array, qvel: Array) -> Any:
+        """The acceleration in the first, the middle or the last scene, by its number."""
+        dynamics, controls_at = self.sides[number]
+        controls = dynamics.idle
         if controls_at is not None:
             controls = controls_at(np.array([time]))[0].tolist()
         return dynamics.acceleration(time, qpos, qvel, controls)

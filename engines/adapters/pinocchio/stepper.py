@@ -11,6 +11,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.integrators import advancing
 from plumbob.engines.adapters.pinocchio.builder import Dynamics
+from plumbob.engines.adapters.step_clock import StepClock
 from plumbob.engines.adapters.turning import TurningEquation
 from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.stepper import State
@@ -32,21 +33,20 @@ class PinocchioStepper:
         self.step = step
         self.dynamics = Dynamics(mechanism)
         self._controls_at = controls_at
-        self._controls: Sequence[float] = self.dynamics.uncontrolled
-        self._start_time = 0.0  # [s]
-        self._steps_taken = 0
+        self._controls: Sequence[float] = self.dynamics.idle
+        self._clock = StepClock(step)
         self._state: tuple[Any, Any] = (np.zeros(0), np.zeros(0))
         attitudes = self.dynamics.attitudes
-        parts = (self._acceleration, *self._state, 1.0)
-        self._equation = Equation(*parts)
+        # The start is set by `put`, and no tolerance needs the scale of the rates, 1.
+        fields = (self._acceleration, *self._state, 1.0)
+        self._equation = Equation(*fields)
         if attitudes:
-            self._equation = TurningEquation(*parts, attitudes=attitudes)
+            self._equation = TurningEquation(*fields, attitudes=attitudes)
         self._advance = advancing(self._equation, integrator)
 
     def put(self, state: State, time: float = 0.0) -> None:
         """Sets the state, at a time [s]."""
-        self._start_time = time
-        self._steps_taken = 0
+        self._clock.restart(time)
         self._state = (state.qpos.copy(), state.qvel.copy())
 
     def state(self) -> State:
@@ -56,22 +56,24 @@ class PinocchioStepper:
     def advance(self, controls: Array | None, steps: int) -> None:
         """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
         zero."""
-        first = self._steps_taken
-        last = first + steps
-        self._steps_taken = last
         if controls is None:
-            self._controls = self.dynamics.uncontrolled
-            self._state = self._advance(self._equation, self._state, first, last, self.step)
+            self._controls = self.dynamics.idle
+            self._take(steps)
             return
-        for number, row in enumerate(controls.tolist(), start=first):
+        for row in controls.tolist():
             self._controls = row
-            self._state = self._advance(
-                self._equation, self._state, number, number + 1, self.step
-            )
+            self._take(1)
+
+    def _take(self, steps: int) -> None:
+        """Takes `steps` steps under the present controls."""
+        first = self._clock.steps_taken
+        last = first + steps
+        self._state = self._advance(self._equation, self._state, first, last, self.step)
+        self._clock.steps_taken = last
 
     def _acceleration(self, time: float, qpos: Array, qvel: Array) -> Array:
         """The accelerations at a time [s] since the state was put."""
-        now = self._start_time + time
+        now = self._clock.start + time
         controls = self._controls
         if self._controls_at is not None:
             controls = self._controls_at(np.array([now]))[0].tolist()

@@ -38,13 +38,13 @@ def model_fields(path: Path) -> Fields:
         if frame.type == pinocchio.FrameType.BODY and frame.parentJoint:
             yield "mass", frame.name, inertia.mass
             yield "inertia", frame.name, np.linalg.eigvalsh(inertia.inertia)
-    for i in range(1, model.njoints):
-        if model.nvs[i] == 1:
-            dof = model.idx_vs[i]
-            name = model.names[i]
-            yield "armature", name, model.armature[dof]
-            yield "damping", name, model.damping[dof]
-            yield "frictionloss", name, model.upperDryFrictionLimit[dof]
+    for number in range(1, model.njoints):
+        if model.nvs[number] == 1:
+            degree = model.idx_vs[number]
+            name = model.names[number]
+            yield "armature", name, model.armature[degree]
+            yield "damping", name, model.damping[degree]
+            yield "frictionloss", name, model.upperDryFrictionLimit[degree]
 
 
 class PinocchioModel:
@@ -90,8 +90,8 @@ class PinocchioModel:
 
 
 FRAME = FreeJointFrame(
-    lambda place, w: np.concatenate([place, w[1:], w[:1]]),
-    lambda q: (q[:3], np.concatenate([q[6:], q[3:6]])),
+    lambda place, attitude: np.concatenate([place, np.roll(attitude, -1)]),
+    lambda pose: (pose[:3], np.roll(pose[3:], 1)),
     linear_first=True,
     linear_in_body=True,
     angular_in_body=True,
@@ -105,15 +105,17 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     model = _read(path)
     hinges = list[tuple[str, tuple[int, int]]]()
     free = []
-    for i in range(1, model.njoints):
-        first = int(model.idx_qs[i])
-        first_rate = int(model.idx_vs[i])
-        name = model.names[i]
-        count = model.nvs[i]
-        if count == FREE_VELOCITIES and model.nqs[i] > FREE_VELOCITIES:
+    for number in range(1, model.njoints):
+        first = int(model.idx_qs[number])
+        first_rate = int(model.idx_vs[number])
+        name = model.names[number]
+        coordinates = model.nqs[number]
+        rates = model.nvs[number]
+        if rates == FREE_VELOCITIES and coordinates > FREE_VELOCITIES:
             free.append((first, first_rate, FRAME))
-        elif count != model.nqs[i]:
+        elif rates != coordinates:
             raise MechanismDiffers(f"its joint {name} is of a kind that is not compared")
         else:
-            hinges += [(name + "+" * k, (first + k, first_rate + k)) for k in range(count)]
+            # Each of several joints gets a different name: the name, the name with "+", ...
+            hinges += [(name + "+" * k, (first + k, first_rate + k)) for k in range(rates)]
     return Translated(PinocchioModel(model, step), layout, hinges, free)

@@ -21,8 +21,9 @@ from plumbob.engines.abilities import (
     RunsFiles,
     SchemeOfCase,
 )
-from plumbob.engines.adapters.constrained import CONSTRAINED, constrained
+from plumbob.engines.adapters.constrained import scheme_unless_constrained
 from plumbob.engines.adapters.pendulum_errors import model_error
+from plumbob.engines.adapters.stepped_mechanism import simulated
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case
 
@@ -31,8 +32,9 @@ if TYPE_CHECKING:
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.engines.stepper import State, Stepper
 
+# A free body turns by the exponential of the new angular velocity, as in MuJoCo.
 EULER_STEP = Scheme(EULER, "start")
-# a scheme that no theory here covers
+# A scheme that no theory here covers
 OTHERWISE = Scheme("euler with damping, motors or contacts")
 LINES = ("capsule-line/ca1", "capsule-line/heading-030")
 DAMPED = (  # scenes that show the effect of the default damping
@@ -90,20 +92,18 @@ METHODS = (
 )
 
 
-def scheme(case: Case, method: Method) -> Scheme:
-    """The scheme of `method` on this case. If bodies touch or a loop is closed, no theory covers
-    the scheme.
-
-    A free body turns by the exponential of the new angular velocity, as in MuJoCo."""
-    return CONSTRAINED if constrained(case) else method.scheme
-
-
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
     ParameterError."""
-    from plumbob.engines.adapters.pybullet.simulation import prepare
+    from plumbob.engines.adapters.pybullet.client import new_client
+    from plumbob.engines.adapters.pybullet.stepper import BulletStepper
 
-    return prepare(case, method, step)
+    def build(mechanism: Mechanism, start: State) -> Stepper:
+        """The stepper of a mechanism with the method's settings."""
+        return BulletStepper(mechanism, method.settings, step)
+
+    broken = (OverflowError, ValueError, new_client().error)
+    return simulated(case, step, build, broken)
 
 
 def _read_fields(path: Path) -> Fields:
@@ -136,7 +136,7 @@ ENGINE = Engine(
     model_error,
     optional=True,
     abilities=(
-        SchemeOfCase(scheme),
+        SchemeOfCase(scheme_unless_constrained),
         ModelReader(_read_fields),
         RunsFiles(_load_file),
         BuildsMechanisms(_build_mechanism, "pybullet/default"),

@@ -20,12 +20,14 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import TURNING, joint_name, joints_of_body
 from plumbob.engines.adapters.refusals import (
     names_of,
+    refuse,
     refused_friction,
     refused_parts,
     refused_shapes,
 )
-from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape
-from plumbob.engines.method import Options, Unsupported
+from plumbob.engines.adapters.shape_copies import add_shape_copies
+from plumbob.engines.mechanism import Body, Joint, Mechanism, Shape, Touch
+from plumbob.engines.method import Options
 from plumbob.engines.peer_model import rotation
 
 KINDS = MappingProxyType(
@@ -51,9 +53,8 @@ NONE = -1  # number in place of a tree's number that means the world
 
 LinkKey = tuple[int, int]
 """The number of a multibody, and the number of one of its links."""
-Surface = tuple[int, float, float]
-"""The number of a shape, and the coefficients of friction and of restitution of a copy of the
-shape."""
+Surface = tuple[float, float]
+"""The coefficients of friction and of restitution of a pair of shapes."""
 
 
 @dataclass(frozen=True)
@@ -109,11 +110,10 @@ class Built:
 def build(client: Any, mechanism: Mechanism, settings: Options, step: float) -> Built:
     """Builds the world of a mechanism at a time step [s] in a client whose world is empty; raises
     Unsupported."""
-    for feature in refused_features(mechanism):
-        raise Unsupported(f"feature {feature}")
+    refuse(refused_features(mechanism))
     _set_up_world(client, mechanism, settings, step)
     trees, bodies, joints = _trees(mechanism)
-    pairs = list(_touching_links(mechanism, trees, bodies))
+    pairs = _add_shape_links(mechanism, trees, bodies)
     multibodies = [_add_multibody(client, links, settings) for links in trees]
     _let_collide(client, multibodies, pairs)
     moved_links = tuple((multibodies[tree], link) for tree, link in joints)
@@ -190,10 +190,10 @@ def _is_turned(joint: Joint, mechanism: Mechanism) -> bool:
     for number in range(joint.body, 0, -1):
         if number in carriers:
             carriers.add(mechanism.bodies[number].parent)
-    turning = [
+    first_turning = next(
         other for other in mechanism.joints if other.body in carriers and other.kind != "slide"
-    ]
-    return turning[0] is not joint
+    )
+    return first_turning is not joint
 
 
 def _is_disc(shape: Shape) -> bool:
@@ -208,34 +208,39 @@ def _trees(mechanism: Mechanism) -> tuple[list[list[Link]], list[BodyLink], list
     bodies = [BodyLink(NONE, BASE, ORIGIN)]
     joints = dict[int, LinkKey]()
     for number, body in enumerate(mechanism.bodies[1:], start=1):
-        numbers = joints_of_body(mechanism, number)
-        if numbers and mechanism.joints[numbers[0]].kind == "free":
+        joint_numbers = joints_of_body(mechanism, number)
+        if joint_numbers and mechanism.joints[joint_numbers[0]].kind == "free":
             trees.append([Link(mass=body.mass, centre=body.centre, inertia=body.inertia)])
-            joints[numbers[0]] = (len(trees) - 1, BASE)
+            joints[joint_numbers[0]] = (len(trees) - 1, BASE)
             bodies.append(BodyLink(len(trees) - 1, BASE, ORIGIN))
             continue
-        above = bodies[body.parent]
+        body_link = bodies[body.parent]
         if body.parent == 0:
             trees.append([Link()])
-            above = BodyLink(len(trees) - 1, BASE, ORIGIN)
-        links = trees[above.tree]
-        if not numbers:
-            links.append(_welded_link(body, above))
-            above = BodyLink(above.tree, len(links) - 2, ORIGIN)
-        for i in numbers:
-            joint = mechanism.joints[i]
-            links.append(_moved_link(joint, body, above, first=i == numbers[0]))
-            above = BodyLink(above.tree, len(links) - 2, joint.place)
-            joints[i] = (above.tree, above.link)
-        last = links[-1]
-        links[-1] = replace(
-            last,
-            mass=body.mass,
-            centre=body.centre - above.origin,
-            inertia=last.inertia + body.inertia,
-        )
-        bodies.append(above)
-    return trees, bodies, [joints[i] for i in range(len(mechanism.joints))]
+            body_link = BodyLink(len(trees) - 1, BASE, ORIGIN)
+        links = trees[body_link.tree]
+        if not joint_numbers:
+            links.append(_welded_link(body, body_link))
+            body_link = BodyLink(body_link.tree, len(links) - 2, ORIGIN)
+        for joint_number in joint_numbers:
+            joint = mechanism.joints[joint_number]
+            first = joint_number == joint_numbers[0]
+            links.append(_moved_link(joint, body, body_link, first=first))
+            body_link = BodyLink(body_link.tree, len(links) - 2, joint.place)
+            joints[joint_number] = (body_link.tree, body_link.link)
+        links[-1] = _with_body(links[-1], body, body_link)
+        bodies.append(body_link)
+    return trees, bodies, [joints[number] for number in sorted(joints)]
+
+
+def _with_body(link: Link, body: Body, body_link: BodyLink) -> Link:
+    """A link with the mass and the inertia of its body."""
+    return replace(
+        link,
+        mass=body.mass,
+        centre=body.centre - body_link.origin,
+        inertia=link.inertia + body.inertia,
+    )
 
 
 def _welded_link(body: Body, above: BodyLink) -> Link:
@@ -262,32 +267,32 @@ def _moved_link(joint: Joint, body: Body, above: BodyLink, *, first: bool) -> Li
     )
 
 
-def _touching_links(
+def _add_shape_links(
     mechanism: Mechanism, trees: list[list[Link]], bodies: list[BodyLink]
-) -> Iterator[tuple[LinkKey, LinkKey]]:
-    """The links of each pair of shapes that can touch. Adds a link for each shape to the tree of
-    the shape's body; for a shape of the world it adds a tree.
+) -> list[tuple[LinkKey, LinkKey]]:
+    """Adds a link for each copy of a shape to the tree of the shape's body, or for a shape of the
+    world as a new tree. Returns the links of each pair of shapes that can touch."""
 
-    A link of Bullet has a factor of friction and a factor of restitution, and the coefficients of a
-    pair of links are the products of their factors. If a shape has several coefficients, there is a
-    copy of the shape for each."""
-    links = dict[Surface, LinkKey]()
-    for touch in mechanism.touching:
-        surfaces = [(i, touch.sliding[0], touch.restitution) for i in touch.shapes]
-        for surface in surfaces:
-            if surface not in links:
-                shape = mechanism.shapes[surface[0]]
-                links[surface] = _add_shape_link(trees, bodies[shape.body], shape, surface)
-        first, second = surfaces
-        yield links[first], links[second]
+    def add(number: int, surface: Surface) -> LinkKey:
+        """Adds a link for the shape with a number and these coefficients."""
+        shape = mechanism.shapes[number]
+        return _add_shape_link(trees, bodies[shape.body], shape, surface)
+
+    return add_shape_copies(mechanism, _surface, add)
+
+
+def _surface(touch: Touch) -> Surface:
+    """The coefficients of a pair of shapes."""
+    return touch.sliding[0], touch.restitution
 
 
 def _add_shape_link(
     trees: list[list[Link]], body: BodyLink, shape: Shape, surface: Surface
 ) -> LinkKey:
     """Adds a link for a copy of a shape to the tree of its body or, for a shape of the world, as a
-    new tree; returns the numbers of the tree and of the link."""
-    _, friction, restitution = surface
+    new tree; returns the numbers of the tree and of the link. The coefficients of a pair of links
+    are the products of the links' factors: the factors of both are the square roots."""
+    friction, restitution = surface
     link = Link(
         parent=body.link,
         place=shape.place - body.origin,
@@ -342,13 +347,13 @@ def _add_multibody(client: Any, links: list[Link], settings: Options) -> int:
     settings_of_body = {name: settings[name] for name in BODY_SETTINGS if name in settings}
     # This call resets the inertia of links, which is set below.
     client.changeDynamics(multibody, BASE, **settings_of_body)
-    for number, link in enumerate(links, start=BASE):
+    for number, (link, inertia) in enumerate(zip(links, moments, strict=True), start=BASE):
         friction, restitution = link.surface
         client.setCollisionFilterGroupMask(multibody, number, 0, 0)
         client.changeDynamics(
             multibody,
             number,
-            localInertiaDiagonal=moments[number - BASE].tolist(),
+            localInertiaDiagonal=inertia.tolist(),
             lateralFriction=friction,
             restitution=restitution,
         )

@@ -14,9 +14,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.joints import TURNING, joint_places, nearer_attitude
+from plumbob.engines.adapters.joints import TURNING, joint_places, with_latest_signs
 from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, Built, LinkKey, build
 from plumbob.engines.adapters.pybullet.client import CONTACT_DISTANCE, new_client
+from plumbob.engines.adapters.step_clock import StepClock
 from plumbob.engines.joint_forces import (
     JointForce,
     actuators_of,
@@ -50,9 +51,8 @@ class BulletStepper:
         self._settings = settings
         self._contact_distance = settings.get("contactBreakingThreshold", CONTACT_DISTANCE)
         self._client = new_client()
-        self._attitudes = dict[int, Array]()  # latest quaternion of each joint that has one
-        self._start_time = 0.0  # [s]
-        self._steps_taken = 0
+        self._latest = State(np.zeros(0), np.zeros(0))  # state that was put or read last
+        self._clock = StepClock(step)
         self._places = tuple(joint_places(mechanism.joints))
         self._renew()
         self._idle = idle_controls(mechanism)
@@ -61,8 +61,8 @@ class BulletStepper:
             (link, joint.velocity) for joint, link in self._joints if joint.velocity is not None
         ]
         self._carried = [
-            ((home.tree, home.link), body.mass * mechanism.gravity)
-            for body, home in zip(mechanism.bodies, self.built.bodies, strict=True)
+            ((body_link.tree, body_link.link), body.mass * mechanism.gravity)
+            for body, body_link in zip(mechanism.bodies, self.built.bodies, strict=True)
             if body.carried
         ]
         self._damped = [
@@ -81,16 +81,15 @@ class BulletStepper:
 
     def put(self, state: State, time: float = 0.0) -> None:
         """Sets the state, at a time [s]."""
-        self._start_time = time
-        self._steps_taken = 0
+        self._clock.restart(time)
+        self._latest = state
         if not self._fresh:
             self._renew()
-        for number, (joint, link) in enumerate(self._joints):
-            place, place_of_rates = self._places[number]
+        for (joint, link), (place, place_of_rates) in zip(
+            self._joints, self._places, strict=True
+        ):
             position = state.qpos[place]
             rates = state.qvel[place_of_rates]
-            if joint.kind in TURNING:
-                self._attitudes[number] = position[-4:].copy()
             if joint.kind == "free":
                 self._put_free(link, position, rates)
             elif joint.kind == "ball":
@@ -131,37 +130,39 @@ class BulletStepper:
         that was put or read last."""
         positions = list[Array]()
         velocities = list[Array]()
-        for number, (joint, link) in enumerate(self._joints):
+        for joint, link in self._joints:
             if joint.kind in TURNING:
                 read = self._read_free if joint.kind == "free" else self._read_ball
-                place, attitude, rates = read(link)
-                attitude = nearer_attitude(attitude, self._attitudes[number])
-                self._attitudes[number] = attitude
-                positions += [place, attitude]
+                position, rates = read(link)
+                positions.append(position)
                 velocities.append(rates)
             else:
                 coordinate, rate, *_ = self._client.getJointState(*link)
                 positions.append(coordinate + joint.reference)
                 velocities.append(np.array([rate]))
-        return State(np.concatenate(positions), np.concatenate(velocities))
+        unsigned = np.concatenate(positions)
+        qpos = with_latest_signs(self.mechanism.joints, unsigned, self._latest.qpos)
+        self._latest = State(qpos, np.concatenate(velocities))
+        return self._latest
 
-    def _read_free(self, link: LinkKey) -> tuple[Array, Array, Array]:
-        """The place [m], the attitude, scalar first, and the rates of a free body."""
+    def _read_free(self, link: LinkKey) -> tuple[Array, Array]:
+        """The coordinates and the rates of a free body."""
         multibody, _ = link
         centre, axes = self.built.inertial[link]
         place, attitude = self._client.getBasePositionAndOrientation(multibody)
         velocity, spin = map(np.array, self._client.getBaseVelocity(multibody))
         turn = Rotation.from_quat(attitude) * Rotation.from_quat(axes).inv()
         arm = turn.apply(centre)
+        position = np.concatenate([np.array(place) - arm, turn.as_quat(scalar_first=True)])
         rates = np.concatenate([velocity - np.cross(spin, arm), turn.inv().apply(spin)])
-        return np.array(place) - arm, turn.as_quat(scalar_first=True), rates
+        return position, rates
 
-    def _read_ball(self, link: LinkKey) -> tuple[Array, Array, Array]:
-        """An empty place, the attitude, scalar first, and the angular velocity of a ball joint."""
+    def _read_ball(self, link: LinkKey) -> tuple[Array, Array]:
+        """The attitude, scalar first, and the angular velocity of a ball joint."""
         axes = self._principal_axes(link)
         attitude, spin, *_ = self._client.getJointStateMultiDof(*link)
         turn = axes * Rotation.from_quat(attitude) * axes.inv()
-        return np.zeros(0), turn.as_quat(scalar_first=True), axes.apply(spin)
+        return turn.as_quat(scalar_first=True), axes.apply(spin)
 
     def advance(self, controls: Array | None, steps: int) -> None:
         """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
@@ -185,16 +186,14 @@ class BulletStepper:
             self._damp()
             self._carry()
             take_step()
-        self._steps_taken += steps
+        self._clock.steps_taken += steps
         self._fresh = self._fresh and not steps
 
     def _prescribed_velocities(self, steps: int) -> list[list[float]]:
         """For each of the next steps, the velocities at its end of the joints whose motion is
         prescribed."""
-        first = self._steps_taken + 1
-        numbers = np.arange(first, first + steps, dtype=np.float64)
-        times = self._start_time + self.step * numbers
-        columns = np.array([velocity(times) for _, velocity in self._prescribed])
+        ends = self._clock.next_times(steps)[1:]
+        columns = np.array([velocity(ends) for _, velocity in self._prescribed])
         rows: list[list[float]] = columns.reshape(len(columns), steps).T.tolist()
         return rows
 
@@ -216,7 +215,7 @@ class BulletStepper:
         """Applies the torques of the dampers of ball joints in the next step."""
         client = self._client
         for link, damping in self._damped:
-            _, _, spin = self._read_ball(link)
+            _, spin = self._read_ball(link)
             torque = self._principal_axes(link).inv().apply(-damping * spin)
             client.setJointMotorControlMultiDof(
                 *link, client.TORQUE_CONTROL, force=torque.tolist()

@@ -7,6 +7,7 @@ Bullet's inverse dynamics is not used, because its coordinates include fixed joi
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from plumbob.models.border import border
 PROBE = 1e-6  # [s] step that shows accelerations
 DAMPED = "springs and damping dropped; velocities of links damped by Bullet's default"
 WIDE = 1e10  # [rad] or [m] limit that no joint reaches
+BASE = -1  # number of a body's base among its links
 
 
 def model_fields(path: Path) -> Fields:
@@ -42,20 +44,39 @@ def model_fields(path: Path) -> Fields:
     yield "gravity", "", [options[f"gravityAcceleration{axis}"] for axis in "XYZ"]
     yield "timestep", "", options["fixedTimeStep"]
     for body in bodies:
-        for link in range(-1, client.getNumJoints(body)):
-            if link < 0:
-                name = client.getBodyInfo(body)[0].decode()
-            else:
-                joint = client.getJointInfo(body, link)
-                if joint[2] != client.JOINT_FIXED:
-                    yield "damping", joint[1].decode(), joint[6]
-                    yield "frictionloss", joint[1].decode(), joint[7]
-                name = joint[12].decode()
+        for link in range(BASE, client.getNumJoints(body)):
+            if link != BASE:
+                _, joint_name, kind, _, _, _, damping, dry_friction, *_ = client.getJointInfo(
+                    body, link
+                )
+                if kind != client.JOINT_FIXED:
+                    yield "damping", joint_name.decode(), damping
+                    yield "frictionloss", joint_name.decode(), dry_friction
+            name = _link_name(client, body, link)
             mass, friction, moments, *_ = client.getDynamicsInfo(body, link)
             if mass > 0.0:  # the bodies that Bullet adds between joints have no mass
                 yield "mass", name, mass
                 yield "inertia", name, sorted(moments)
             yield "friction", name, friction
+
+
+@dataclass(frozen=True)
+class FloatingBase:
+    """A floating body, whose coordinates are the place and the attitude of its centre of mass."""
+
+    body: int
+    places: slice  # its coordinates among those of the world
+    rates: slice  # its rates among those of the world
+
+
+@dataclass(frozen=True)
+class ScalarJoint:
+    """A hinge or a slide."""
+
+    body: int
+    link: int  # number of the link that it moves
+    place: int  # number of its coordinate among those of the world
+    rate: int  # number of its rate
 
 
 class World:
@@ -68,81 +89,90 @@ class World:
         with border(RefusedFile):
             self.bodies = client.loadMJCF(str(path))
         client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1)
-        # for each floating body: its number, and the numbers of its first coordinate and rate
-        self.bases: list[tuple[int, int, int]] = []
-        # for each joint: its body, its number, and the numbers of its coordinate and rate
-        self.joints: list[tuple[int, int, int, int]] = []
+        self.bases = list[FloatingBase]()
+        self.joints = list[ScalarJoint]()
+        self.positions = 0  # number of coordinates
+        self.velocities = 0  # number of rates
         floating = sum(joint.size == FREE_VELOCITIES for joint in layout.joints)
-        q = v = 0  # number of coordinates and of rates so far
         for body in self.bodies:
-            mass, *_ = client.getDynamicsInfo(body, -1)
+            mass, *_ = client.getDynamicsInfo(body, BASE)
             if mass > 0.0 and len(self.bases) < floating:
-                self.bases.append((body, q, v))
-                q += 7
-                v += FREE_VELOCITIES
-            for joint in range(client.getNumJoints(body)):
-                kind = client.getJointInfo(body, joint)[2]
-                client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
-                if kind in (client.JOINT_REVOLUTE, client.JOINT_PRISMATIC):
-                    self.joints.append((body, joint, q, v))
-                    q += 1
-                    v += 1
-                elif kind != client.JOINT_FIXED:
-                    raise MechanismDiffers("it has a joint of a kind that is not compared")
-        self.size = q, v
+                self._add_base(body)
+            for link in range(client.getNumJoints(body)):
+                client.setJointMotorControl2(body, link, client.VELOCITY_CONTROL, force=0.0)
+                self._add_joint(body, link)
+
+    def _add_base(self, body: int) -> None:
+        """Gives a floating body the next coordinates and rates."""
+        places = slice(self.positions, self.positions + 7)
+        rates = slice(self.velocities, self.velocities + FREE_VELOCITIES)
+        self.bases.append(FloatingBase(body, places, rates))
+        self.positions = places.stop
+        self.velocities = rates.stop
+
+    def _add_joint(self, body: int, link: int) -> None:
+        """Gives the joint of a link the next coordinate and rate, unless the link is fixed."""
+        client = self.client
+        kind = client.getJointInfo(body, link)[2]
+        if kind in (client.JOINT_REVOLUTE, client.JOINT_PRISMATIC):
+            self.joints.append(ScalarJoint(body, link, self.positions, self.velocities))
+            self.positions += 1
+            self.velocities += 1
+        elif kind != client.JOINT_FIXED:
+            raise MechanismDiffers("it has a joint of a kind that is not compared")
 
     def without_contacts(self, **damping: float) -> World:
         """Removes the contacts and the limits of joints from this world, and sets its damping; a
         parameter of damping that is not given keeps Bullet's default. Returns the world."""
         client = self.client
         for body in self.bodies:
-            for link in range(-1, client.getNumJoints(body)):
+            for link in range(BASE, client.getNumJoints(body)):
                 client.setCollisionFilterGroupMask(body, link, 0, 0)
                 limits = {"jointLowerLimit": -WIDE, "jointUpperLimit": WIDE}
-                if link < 0:
+                if link == BASE:
                     limits = {}
                 client.changeDynamics(body, link, **damping, **limits)
         return self
 
     def put(self, q: Array, v: Array) -> None:
-        """Sets the coordinates and their rates."""
-        for body, at, rate in self.bases:
-            attitude = np.roll(q[at + 3 : at + 7], -1)
-            self.client.resetBasePositionAndOrientation(body, q[at : at + 3], attitude)
-            self.client.resetBaseVelocity(
-                body, v[rate : rate + 3], v[rate + 3 : rate + FREE_VELOCITIES]
-            )
-        for body, joint, at, rate in self.joints:
-            self.client.resetJointState(body, joint, q[at], v[rate])
+        """Sets the coordinates `q` and their rates `v`."""
+        client = self.client
+        for base in self.bases:
+            place, attitude = np.split(q[base.places], [3])
+            client.resetBasePositionAndOrientation(base.body, place, np.roll(attitude, -1))
+            client.resetBaseVelocity(base.body, *np.split(v[base.rates], 2))
+        for joint in self.joints:
+            client.resetJointState(joint.body, joint.link, q[joint.place], v[joint.rate])
 
     def advance(self, force: Array, steps: int = 1) -> tuple[Array, Array]:
         """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
         and their rates."""
         client = self.client
-        (q, v) = map(np.zeros, self.size)
         for _ in range(steps):
             self._push(force)
             client.stepSimulation()
-        for body, at, rate in self.bases:
-            place, attitude = client.getBasePositionAndOrientation(body)
-            q[at : at + 7] = *place, *np.roll(attitude, 1)
-            v[rate : rate + FREE_VELOCITIES] = np.ravel(client.getBaseVelocity(body))
-        for body, joint, at, rate in self.joints:
-            q[at], v[rate] = client.getJointState(body, joint)[:2]
+        q = np.zeros(self.positions)
+        v = np.zeros(self.velocities)
+        for base in self.bases:
+            place, attitude = client.getBasePositionAndOrientation(base.body)
+            q[base.places] = *place, *np.roll(attitude, 1)
+            v[base.rates] = np.ravel(client.getBaseVelocity(base.body))
+        for joint in self.joints:
+            q[joint.place], v[joint.rate], *_ = client.getJointState(joint.body, joint.link)
         return q, v
 
     def _push(self, force: Array) -> None:
         """Applies a generalised force in the next step."""
         client = self.client
-        for body, _, rate in self.bases:
-            linear = force[rate : rate + 3]
-            torque = force[rate + 3 : rate + FREE_VELOCITIES]
-            centre, _ = client.getBasePositionAndOrientation(body)
-            client.applyExternalForce(body, -1, linear, centre, client.WORLD_FRAME)
-            client.applyExternalTorque(body, -1, torque, client.WORLD_FRAME)
-        for body, joint, _, rate in self.joints:
-            kind = client.TORQUE_CONTROL
-            client.setJointMotorControl2(body, joint, kind, force=force[rate])
+        for base in self.bases:
+            linear, torque = np.split(force[base.rates], 2)
+            centre, _ = client.getBasePositionAndOrientation(base.body)
+            client.applyExternalForce(base.body, BASE, linear, centre, client.WORLD_FRAME)
+            client.applyExternalTorque(base.body, BASE, torque, client.WORLD_FRAME)
+        for joint in self.joints:
+            client.setJointMotorControl2(
+                joint.body, joint.link, client.TORQUE_CONTROL, force=force[joint.rate]
+            )
 
 
 class BulletModel:
@@ -196,16 +226,10 @@ class BulletModel:
         for point in client.getContactPoints() or ():
             _, body, other_body, link, other_link, _, _, _, distance, *_ = point
             if distance <= 0.0:
-                names.append((self._name(body, link), self._name(other_body, other_link)))
+                name = _link_name(client, body, link)
+                other_name = _link_name(client, other_body, other_link)
+                names.append((name, other_name))
         return names
-
-    def _name(self, body: int, link: int) -> str:
-        """The name of a link of a body."""
-        client = self.touching.client
-        base_name, *_ = client.getBodyInfo(body)
-        encoded = base_name if link < 0 else client.getJointInfo(body, link)[12]
-        name: str = encoded.decode()
-        return name
 
     def advance(self, control: Array, force: Array, steps: int) -> tuple[Array, Array]:
         """Takes `steps` steps under a generalised `force`, which is held; returns the coordinates
@@ -213,10 +237,18 @@ class BulletModel:
         return self.world.advance(force, steps)
 
 
+def _link_name(client: Any, body: int, link: int) -> str:
+    """The name of a link of a body."""
+    base_name, *_ = client.getBodyInfo(body)
+    encoded = base_name if link == BASE else client.getJointInfo(body, link)[12]
+    name: str = encoded.decode()
+    return name
+
+
 def _frame(client: Any, body: int) -> FreeJointFrame:
     """The conversion between the pose of a floating body and Bullet's coordinates, which are the
     place of its centre of mass and its attitude."""
-    arm = client.getDynamicsInfo(body, -1)[3]
+    arm = client.getDynamicsInfo(body, BASE)[3]
     return FreeJointFrame(
         lambda place, attitude: np.concatenate([place + rotation(attitude) @ arm, attitude]),
         lambda q: (q[:3] - rotation(q[3:]) @ arm, q[3:]),
@@ -229,11 +261,13 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file in Bullet at `step` [s], with the places of its joints in the coordinates
     of the world; raises NotRead."""
     model = BulletModel(path, layout, step)
-    world = model.world
     client = model.world.client
-    hinges = [
-        (client.getJointInfo(body, joint)[1].decode(), (q, v))
-        for body, joint, q, v in world.joints
+    hinges = []
+    for joint in model.world.joints:
+        name = client.getJointInfo(joint.body, joint.link)[1].decode()
+        hinges.append((name, (joint.place, joint.rate)))
+    free = [
+        (base.places.start, base.rates.start, _frame(client, base.body))
+        for base in model.world.bases
     ]
-    free = [(q, v, _frame(client, body)) for body, q, v in world.bases]
     return Translated(model, layout, hinges, free, displaced=True)

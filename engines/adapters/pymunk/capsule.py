@@ -36,7 +36,7 @@ from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.tripod_capsule.observed import largest_magnitudes
 
-# number of places of a slider that leaves its line, at which the solver's factor is evaluated
+# Number of places of a slider that leaves its line, at which the solver's factor is evaluated
 PLACES = 65
 Read = Callable[[], ByName]
 
@@ -47,7 +47,6 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     setup = problem.setup
     model = method.settings.get("model")
     turning = bool(setup.heading_rate) or setup.plane_velocity is not None
-    act = None
     if model == "side":
         if turning:
             raise Unsupported("the side view has one line, and here the body turns")
@@ -58,6 +57,7 @@ def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
         raise Unsupported(f"{method.name} has no model of the capsule")
     parts = view.assembly
     parts.space.iterations = described(problem, method, step).iterations
+    act = None
     if setup.tracks:
         places = targets(problem, parts.line, parts.start, step)
         act = driven(view, places, step, setup.plane_velocity is not None)
@@ -78,21 +78,21 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
     """The record of the method's model and solver for theory. The number of iterations is the
     method's, or larger if the capsule needs more and more of them help."""
     setup = problem.setup
-    capsule = problem.setup.capsule
-    depth = 0.0
+    capsule = setup.capsule
     model = method.settings["model"]
     iterations = int(method.settings["iterations"])
     reach = foot_reach(setup)
+    depth = 0.0
     one_foot = 1.0
     if model == "pivots":
         factor = one_foot = pivots_factor(capsule, np.asarray(setup.slider))
         return SequentialImpulse(model, step, iterations, reach, factor, one_foot)
     if model == "side":
-        ends = problem.slider_ends
         moment = side_moment(setup)
         depth = DEPTH
         factor = max(
-            contacts_factor(capsule, moment, reach, along(setup, (x, y))) for x, y in ends
+            contacts_factor(capsule, moment, reach, along(setup, (x, y)))
+            for x, y in problem.slider_ends
         )
     else:
         mass = foot_mass(capsule)
@@ -122,28 +122,29 @@ def _readings(setup: CapsuleSetup, view: View) -> tuple[Read, Read | None]:
     if setup.in_plane:
         return view.shown, None
     parts = view.assembly
-    before = 0j
-    slid = 0j
     slider = parts.slider
     line = cmath.exp(1j * parts.body.angle) * parts.line
-    pulled = sum(part.mass for part in parts.space.bodies) * setup.pull
+    gravity_on_all = sum(part.mass for part in parts.space.bodies) * setup.pull
+    momentum_at_sample = 0j
+    slider_velocity_at_sample = 0j
 
     def read() -> ByName:
-        nonlocal before, slid
-        before = parts.momentum
-        slid = complex(*slider.velocity)
-        return {
-            **view.shown(),
-            **dict(zip(NORMAL_FORCES, map(float, view.loads()), strict=True)),
-        }
+        """The observables of the pose, and the normal forces."""
+        nonlocal momentum_at_sample, slider_velocity_at_sample
+        momentum_at_sample = parts.momentum
+        slider_velocity_at_sample = complex(*slider.velocity)
+        loads = map(float, view.loads())
+        return {**view.shown(), **dict(zip(NORMAL_FORCES, loads, strict=True))}
 
     def following() -> ByName:
+        """The friction and the driving force of the step that began at the sample [N]."""
         step = parts.space.current_time_step
-        gained = (parts.momentum - before) / line
-        pushed = slider.mass * (complex(*slider.velocity) - slid) / line
+        momentum_change = (parts.momentum - momentum_at_sample) / line
+        velocity_change = complex(*slider.velocity) - slider_velocity_at_sample
+        slider_change = slider.mass * velocity_change / line
         return {
-            "friction_force": gained.real / step - pulled,
-            "driving_force": pushed.real / step - slider.mass * setup.pull,
+            "friction_force": momentum_change.real / step - gravity_on_all,
+            "driving_force": slider_change.real / step - slider.mass * setup.pull,
         }
 
     return read, following

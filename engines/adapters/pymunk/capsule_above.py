@@ -39,7 +39,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.models.tripod_capsule.observed import pose_observables
 
-# mass of a foot over the body's mass: with lighter feet the solver is slower
+# Mass of a foot over the body's mass: with lighter feet the solver is slower
 FOOT_FRACTION = 0.1
 LEAST_INERTIA = 0.25  # smallest fraction of the moment of inertia that stays with the body
 NO_CLOSING = 1.0  # error_bias of a joint that never closes its opening
@@ -49,11 +49,12 @@ def foot_mass(capsule: Capsule) -> float:
     """The mass of a foot [kg]: FOOT_FRACTION of the body's mass, or less if the body would
     otherwise keep less than LEAST_INERTIA of its moment of inertia.
 
-    With feet of mass m_f the body keeps J - m_f sum A_i^2 - m_b c^2, where c is the body's new
-    centre of mass, and m_b c^2 <= 3 m_f^2 sum A_i^2 / m_b."""
-    spread = float(np.square(capsule.supports).sum())
-    most = (1.0 - LEAST_INERTIA) * capsule.inertia / (capsule.body_mass * spread)
-    return capsule.body_mass * min(FOOT_FRACTION, most / (1.0 + 3.0 * most))
+    With feet of mass m_f at A_i from C, a body of mass m_b and moment of inertia J keeps
+    J - m_f sum A_i^2 - m_b c^2, where c is the distance of its new centre of mass from C, and
+    m_b c^2 <= 3 m_f^2 sum A_i^2 / m_b."""
+    squares = float(np.square(capsule.supports).sum())
+    ratio = (1.0 - LEAST_INERTIA) * capsule.inertia / (capsule.body_mass * squares)
+    return capsule.body_mass * min(FOOT_FRACTION, ratio / (1.0 + 3.0 * ratio))
 
 
 def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> View:
@@ -83,6 +84,7 @@ def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> V
     loads = static_loads(setup)
 
     def set_limits(place: complex) -> None:
+        """Sets the largest friction of each support for a slider at this place."""
         for joint, load in zip(joints, loads(place), strict=True):
             joint.max_force = max(friction * load, 0.0)
 
@@ -96,19 +98,18 @@ def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> V
 
 
 def _body_and_slider(setup: CapsuleSetup, mass: float, step: float) -> Assembly:
-    """Space with the body, less three feet of `mass` [kg], and the slider pinned to it; C starts at
-    the origin."""
+    """The body without its three feet of `mass` [kg], and the slider pinned to it, in a new space;
+    C starts at the origin."""
     capsule = setup.capsule
     space = pymunk.Space()
     start = complex(*setup.slider)
     space.gravity = vector(cmath.rect(setup.pull, setup.heading + setup.direction))
     anchors = [complex(x, y) for x, y in capsule.supports]
-    core = capsule.body_mass - 3 * mass
-    centre = -mass * sum(anchors) / core  # centre of mass of the core, from C
-    moment = (
-        capsule.inertia - core * abs(centre) ** 2 - mass * sum(abs(a) ** 2 for a in anchors)
-    )
-    body = pymunk.Body(core, moment)
+    body_mass = capsule.body_mass - 3 * mass
+    centre = -mass * sum(anchors) / body_mass  # centre of mass without the feet, from C
+    feet_inertia = mass * sum(abs(anchor) ** 2 for anchor in anchors)
+    moment = capsule.inertia - body_mass * abs(centre) ** 2 - feet_inertia
+    body = pymunk.Body(body_mass, moment)
     slider = pymunk.Body(capsule.slider_mass, NO_TURNING)
     place_part(setup, body, centre, centre, step)
     place_part(setup, slider, start, centre, step)
@@ -123,14 +124,15 @@ def _body_and_slider(setup: CapsuleSetup, mass: float, step: float) -> Assembly:
 
 
 def static_loads(setup: CapsuleSetup) -> Callable[[complex], list[float]]:
-    """The N_i of statics [N] for a slider at x + iy from C [m, body axes], in which they are
-    affine."""
+    """A function from the slider's place x + iy relative to C [m], in the axes of the body, to the
+    normal forces N_i of statics [N], which are affine in the place."""
     capsule = setup.capsule
     scale = setup.press / setup.capsule.gravity
     forces = [normal_forces(capsule, np.zeros(2)), *load_gradient(capsule)]
     rows = (scale * np.column_stack(forces)).tolist()
 
     def loads(place: complex) -> list[float]:
+        """The normal forces for a slider at this place."""
         x = place.real
         y = place.imag
         return [c + cx * x + cy * y for c, cx, cy in rows]

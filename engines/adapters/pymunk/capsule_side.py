@@ -24,7 +24,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
     pin_joint,
     slider_start_speed,
 )
-from plumbob.engines.adapters.pymunk.simulation import touching, vector
+from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.trajectory import ByName
 from plumbob.models.tripod_capsule.observed import observed_on_a_line
 
@@ -50,11 +50,15 @@ def from_the_side(setup: CapsuleSetup) -> View:
     body.velocity, slider.velocity = (speed, 0.0), (speed + slider_start_speed(setup), 0.0)
     ground = pymunk.Segment(space.static_body, (-GROUND, 0.0), (GROUND, 0.0), 0.0)
     feet = [pymunk.Circle(body, FOOT, (x, FOOT)) for x in foot_reach(setup)]
-    touching(space, body, (ground, *feet), friction=capsule.friction)
+    # pymunk multiplies the friction of two shapes.
+    ground.friction = 1.0
+    for foot in feet:
+        foot.friction = capsule.friction
     joint = pin_joint(body, slider, complex(start))
-    space.add(slider, joint)
+    space.add(body, ground, *feet, slider, joint)
 
     def shown() -> ByName:
+        """The observables of the pose."""
         gone = body.position.x
         pace = body.velocity.x
         slid = slider.position.x - gone - start
@@ -77,8 +81,8 @@ def foot_reach(setup: CapsuleSetup) -> tuple[float, float]:
 
 
 def side_moment(setup: CapsuleSetup) -> float:
-    """The moment of inertia about the axis across the line [kg m^2]: that of half the body's mass
-    at each foot. In a motion without heights it has no effect."""
+    """The moment of inertia about the axis across the line [kg m^2]: the moment of two points with
+    half of the body's mass, one at each foot. It has no effect if no height changes."""
     hind, fore = foot_reach(setup)
     return setup.capsule.body_mass * ((fore - hind) / 2) ** 2
 
@@ -86,16 +90,19 @@ def side_moment(setup: CapsuleSetup) -> float:
 def _normal_forces(setup: CapsuleSetup, parts: Assembly, feet: list[pymunk.Circle]) -> Array:
     """The normal forces N_i in the last step [N]. The loads of the two feet give the sum of the
     forces and the centre of pressure along the line; statics divides them among three supports."""
-    pushed: dict[pymunk.Shape, float] = {}  # [N s]
+    impulses: dict[pymunk.Shape, float] = {}  # [N s]
 
-    def note(arbiter: pymunk.Arbiter) -> None:
-        pushed.update(dict.fromkeys(arbiter.shapes, abs(arbiter.total_impulse.y)))
+    def keep(arbiter: pymunk.Arbiter) -> None:
+        """Keeps the vertical impulse of a contact for both of its shapes."""
+        impulses.update(dict.fromkeys(arbiter.shapes, abs(arbiter.total_impulse.y)))
 
-    parts.body.each_arbiter(note)
-    hind, fore = (pushed.get(foot, 0.0) / parts.space.current_time_step for foot in feet)
-    both = hind + fore or math.nan
-    reach = foot_reach(setup)
-    unit = cmath.rect(1.0, setup.direction)
-    across = setup.capsule.mass_ratio * (complex(*setup.slider) / unit).imag
-    centre = complex((hind * reach[0] + fore * reach[1]) / both, across) * unit
-    return both * load_fractions(setup.capsule, np.array(vector(centre)))
+    parts.body.each_arbiter(keep)
+    hind, fore = (impulses.get(foot, 0.0) / parts.space.current_time_step for foot in feet)
+    total = hind + fore or math.nan
+    hind_place, fore_place = foot_reach(setup)
+    line = cmath.rect(1.0, setup.direction)
+    across = setup.capsule.mass_ratio * (complex(*setup.slider) / line).imag
+    along_line = (hind * hind_place + fore * fore_place) / total
+    centre_of_pressure = complex(along_line, across) * line
+    fractions = load_fractions(setup.capsule, np.array(vector(centre_of_pressure)))
+    return total * fractions

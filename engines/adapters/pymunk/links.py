@@ -12,8 +12,9 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import TURNING, joints_of_body
-from plumbob.engines.adapters.pymunk.plane import CLOSE, Drawing, Plane, drawing, plane_of
-from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.adapters.pymunk.plane import CLOSE, Plane, plane_of
+from plumbob.engines.adapters.reference_pose import ReferencePose, reference_pose
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.stepper import State
 
@@ -90,7 +91,7 @@ class Links:
     """The links of a mechanism in the order of its bodies, and its plane."""
 
     plane: Plane
-    drawn: Drawing
+    drawn: ReferencePose
     all: list[Link] = field(default_factory=list)
     numbers: dict[int, int] = field(default_factory=dict)
     """{number of a body: number of its link}, without the world and a platform that carries the
@@ -108,15 +109,13 @@ class Links:
         poses = list[Pose]()
         for link in self.all:
             place = _shift(link, state.qpos)
-            velocity = _shift(link, state.qvel, rates=True)
+            velocity = _shift_rate(link, state.qvel)
             hinge = link.hinge
             if hinge is None:
                 poses.append(Pose(place + link.centre, 0.0, velocity, 0.0))
                 continue
-            angle, rate = (
-                hinge.sense * (float(state.qpos[hinge.joint]) - hinge.reference),
-                hinge.sense * float(state.qvel[hinge.joint]),
-            )
+            angle = hinge.sense * (float(state.qpos[hinge.joint]) - hinge.reference)
+            rate = hinge.sense * float(state.qvel[hinge.joint])
             place = place + hinge.place
             if link.parent != WORLD:
                 above = poses[link.parent]
@@ -126,28 +125,27 @@ class Links:
             poses.append(Pose(place + turned, angle, velocity + 1j * rate * turned, rate))
         return poses
 
-    def hidden(self, start: State) -> list[tuple[float, float]]:
-        """For each joint, the parts of its coordinate and velocity in a state that are not seen in
-        the plane. They are zero unless a slide points out of the plane."""
-        hidden = [(0.0, 0.0)] * len(start.qpos)
+    def unseen_coordinates(self, start: State) -> State:
+        """The parts of the joints' coordinates and velocities in a state that are not seen in the
+        plane. They are zero unless a slide points out of the plane."""
+        qpos = np.zeros(len(start.qpos))
+        qvel = np.zeros(len(start.qvel))
         for link in self.all:
             place = _shift(link, start.qpos)
-            velocity = _shift(link, start.qvel, rates=True)
+            velocity = _shift_rate(link, start.qvel)
             for slide in link.slides:
                 back = slide.along.conjugate()
-                hidden[slide.joint] = (
-                    float(start.qpos[slide.joint]) - (back * place).real,
-                    float(start.qvel[slide.joint]) - (back * velocity).real,
-                )
-        return hidden
+                qpos[slide.joint] = float(start.qpos[slide.joint]) - (back * place).real
+                qvel[slide.joint] = float(start.qvel[slide.joint]) - (back * velocity).real
+        return State(qpos, qvel)
 
     def coordinates(
-        self, poses: Sequence[Pose], hidden: Sequence[tuple[float, float]]
+        self, poses: Sequence[Pose], unseen: State
     ) -> tuple[list[float], list[float]]:
         """The coordinates and the velocities of the joints, in their order, from the poses of the
-        links and the parts that are not seen in the plane."""
-        qpos = [position for position, _ in hidden]
-        qvel = [velocity for _, velocity in hidden]
+        links and the `unseen` parts of the coordinates."""
+        qpos: list[float] = unseen.qpos.tolist()
+        qvel: list[float] = unseen.qvel.tolist()
         for link, pose in zip(self.all, poses, strict=True):
             hinge = link.hinge
             if hinge:
@@ -169,70 +167,78 @@ class Links:
         return qpos, qvel
 
 
-def _shift(link: Link, values: Array, rates: bool = False) -> complex:
-    """The displacement of a link by its slides in the plane [m], from all coordinates; or, if
-    `values` are `rates`, its velocity [m/s]."""
-    moved = 0j
+def _shift(link: Link, qpos: Array) -> complex:
+    """The displacement of a link by its slides in the plane [m]."""
+    shift = 0j
     for slide in link.slides:
-        moved += (
-            float(values[slide.joint]) - (0.0 if rates else slide.reference)
-        ) * slide.along
-    return moved
+        shift += (float(qpos[slide.joint]) - slide.reference) * slide.along
+    return shift
+
+
+def _shift_rate(link: Link, qvel: Array) -> complex:
+    """The velocity of a link by its slides in the plane [m/s]."""
+    velocity = 0j
+    for slide in link.slides:
+        velocity += float(qvel[slide.joint]) * slide.along
+    return velocity
 
 
 def links_of(mechanism: Mechanism, start: State) -> Links:
     """The links of a mechanism. Raises Unsupported, which names a part that pymunk cannot
     express."""
     _refuse(mechanism)
-    drawn = drawing(mechanism)
+    drawn = reference_pose(mechanism)
     links = Links(plane_of(mechanism, start, drawn), drawn)
     for number, body in enumerate(mechanism.bodies[1:], start=1):
-        joints = [(n, mechanism.joints[n]) for n in joints_of_body(mechanism, number)]
-        if any(joint.velocity is not None for _, joint in joints):
+        joint_numbers = joints_of_body(mechanism, number)
+        if any(mechanism.joints[joint].velocity is not None for joint in joint_numbers):
             continue  # the body is a platform that carries the plane
-        if not joints:
+        if not joint_numbers:
             raise Unsupported(f"pymunk has no weld: {body.name} has no joint")
+        link = _link(mechanism, links, number, joint_numbers)
+        _check_slides(mechanism, links, link, start)
         links.numbers[number] = len(links.all)
-        links.all.append(_link(mechanism, links, number, joints))
-        _check_across(mechanism, links, start)
+        links.all.append(link)
     return links
 
 
 def _link(
-    mechanism: Mechanism, links: Links, number: int, joints: Sequence[tuple[int, Joint]]
+    mechanism: Mechanism, links: Links, number: int, joint_numbers: Sequence[int]
 ) -> Link:
-    """The link of a body with these joints, given with their numbers."""
+    """The link of the body with this number, which has joints with these numbers. Raises
+    Unsupported."""
     body = mechanism.bodies[number]
     plane = links.plane
     drawn = links.drawn
     parent = links.numbers.get(body.parent, WORLD)
-    slides = [
-        Slide(n, plane.flat(drawn.axis(joint)), float(joint.reference[0]))
-        for n, joint in joints
-        if joint.kind == "slide"
-    ]
+    slides = []
+    for joint_number in joint_numbers:
+        joint = mechanism.joints[joint_number]
+        if joint.kind == "slide":
+            along = plane.flat(drawn.axis(joint))
+            slides.append(Slide(joint_number, along, float(joint.reference[0])))
     hinge = None
-    if joints[-1][1].kind == "hinge":
-        last, joint = joints[-1]
-        sense = float(np.sign(plane.across(drawn.axis(joint))))
-        place = plane.flat(drawn.point(number, joint.place))
-        hinge = Hinge(last, place, sense, float(joint.reference[0]))
-    if len(slides) + (hinge is not None) != len(joints):
+    last_joint = mechanism.joints[joint_numbers[-1]]
+    if last_joint.kind == "hinge":
+        sense = float(np.sign(plane.across(drawn.axis(last_joint))))
+        place = plane.flat(drawn.point(number, last_joint.place))
+        hinge = Hinge(joint_numbers[-1], place, sense, float(last_joint.reference[0]))
+    if len(slides) + (hinge is not None) != len(joint_numbers):
         raise Unsupported(f"pymunk has no hinge before another joint: {body.name}")
     if slides and parent != WORLD:
         raise Unsupported(f"pymunk has no slide on a body that moves: {body.name}")
     inertia = drawn.turns[number] @ body.inertia @ drawn.turns[number].T
     centre = plane.flat(drawn.point(number, body.centre))
     return Link(
-        number,
-        parent,
-        body.mass,
-        0.0 if body.point else plane.across(inertia @ plane.normal),
-        body.point,
-        centre,
-        tuple(slides),
-        hinge,
-        abs(centre - hinge.place) if hinge else 0.0,
+        body=number,
+        parent=parent,
+        mass=body.mass,
+        moment=0.0 if body.point else plane.across(inertia @ plane.normal),
+        point=body.point,
+        centre=centre,
+        slides=tuple(slides),
+        hinge=hinge,
+        length=abs(centre - hinge.place) if hinge else 0.0,
     )
 
 
@@ -251,31 +257,32 @@ def _refuse(mechanism: Mechanism) -> None:
             "inertia of slide": joint.kind == "slide" and bool(np.any(joint.armature)),
             "moving slide": joint.kind == "slide" and joint.velocity is not None,
         }
-        missing += [f"{name} {joint.name}" for name, there in features.items() if there]
+        missing += [f"{name} {joint.name}" for name, present in features.items() if present]
     if missing:
         raise Unsupported(f"pymunk has no {missing[0].strip()}")
 
 
-def _check_across(mechanism: Mechanism, links: Links, start: State) -> None:
-    """Raises Unsupported if the slides of the last link are not perpendicular to each other, if a
-    slide is oblique to the plane, or if a slide is normal to the plane and the initial velocity or
-    gravity acts along it."""
-    link = links.all[-1]
+def _check_slides(mechanism: Mechanism, links: Links, link: Link, start: State) -> None:
+    """Raises Unsupported if the slides of a link are not perpendicular to each other, if a slide is
+    oblique to the plane, or if a slide is normal to the plane and the initial velocity or gravity
+    acts along it."""
+    if not link.slides:
+        return
     plane = links.plane
     axes = [links.drawn.axis(mechanism.joints[slide.joint]) for slide in link.slides]
     name = mechanism.bodies[link.body].name
-    if not axes:
-        return
     if np.abs(np.array(axes) @ np.transpose(axes) - np.eye(len(axes))).max() > CLOSE:
         raise Unsupported(f"pymunk has no oblique slides: {name}")
-    # the squared length of each slide's part in the plane: 1 for each slide that is in it
+    # The squared length of each slide's part in the plane: 1 for each slide that is in the plane
     in_plane = sum(abs(slide.along) ** 2 for slide in link.slides)
     if abs(in_plane - (2.0 if link.free else 1.0)) > CLOSE:
         raise Unsupported(f"pymunk moves in a plane, and {name} slides out of it")
     across = [plane.across(axis) for axis in axes]
-    velocity = sum(a * start.qvel[s.joint] for a, s in zip(across, link.slides, strict=True))
+    velocity = sum(
+        part * start.qvel[slide.joint] for part, slide in zip(across, link.slides, strict=True)
+    )
+    moves_across = abs(velocity) > CLOSE * np.linalg.norm(start.qvel)
     weight = plane.across(mechanism.gravity) * np.linalg.norm(across)
-    if abs(velocity) > CLOSE * np.linalg.norm(start.qvel) or abs(
-        weight
-    ) > CLOSE * np.linalg.norm(mechanism.gravity):
+    weight_acts_across = abs(weight) > CLOSE * np.linalg.norm(mechanism.gravity)
+    if moves_across or weight_acts_across:
         raise Unsupported(f"pymunk moves in a plane, and {name} is pushed out of it")

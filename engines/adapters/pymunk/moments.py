@@ -71,7 +71,7 @@ def _inertia(
     turn = links.drawn.turns[link.body]
     inertia = turn @ mechanism.bodies[link.body].inertia @ turn.T
     right, up = links.plane.right, links.plane.up
-    y, z = link.arm.real, link.arm.imag
+    y, z = link.arm.real, link.arm.imag  # [m] place of the centre from the hinge
     difference = float(right @ inertia @ right - up @ inertia @ up)
     spread = difference + link.mass * (z**2 - y**2)
     product = float(right @ inertia @ up) - link.mass * y * z

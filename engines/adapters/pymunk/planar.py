@@ -29,7 +29,7 @@ from plumbob.engines.joint_forces import (
     actuators_of,
     passive_and_actuator_force,
 )
-from plumbob.engines.mechanism import Actuator, Mechanism
+from plumbob.engines.mechanism import Actuator, Joint, Mechanism
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.stepper import State
 
@@ -81,19 +81,19 @@ def planar_of(mechanism: Mechanism, start: State, method: Method) -> Planar:
     links = links_of(mechanism, start)
     surfaces = surfaces_of(mechanism, links, start)
     rate = turning_rate(mechanism, links)
-    on_world = all(
+    hinged_on_world = all(
         link.hinge and not link.slides and link.parent == WORLD for link in links.all
     )
-    weightless = abs(links.plane.flat(mechanism.gravity)) == 0.0
-    only_on_world = on_world and not mechanism.loops and not mechanism.touching
-    if rate is not None and not only_on_world:
+    only_hinges = hinged_on_world and not mechanism.loops and not mechanism.touching
+    if rate is not None and not only_hinges:
         raise Unsupported("pymunk has no platform that turns under more than one hinge")
     # Wheels: bodies that only turn, about hinges on the world, and that no weight pulls off them.
     # They are built without a joint, with their moments of inertia about the hinges.
-    wheels = only_on_world and (weightless or rate is not None)
+    weightless = abs(links.plane.flat(mechanism.gravity)) == 0.0
+    wheels = only_hinges and (weightless or rate is not None)
     bodies = [_as_body(mechanism, link, wheels) for link in links.all]
     planar = Planar(mechanism, method, replace(links, all=bodies), surfaces, rate, wheels)
-    # raises Unsupported now, and not when it is put
+    # Raises Unsupported now, and not when the mechanism is put into a state.
     assembled(planar, planar.links.poses(start))
     return planar
 
@@ -136,10 +136,12 @@ class Assembly:
         return self.space.static_body if link == WORLD else self.bodies[link]
 
     def pin(self, first: tuple[int, complex], second: tuple[int, complex]) -> None:
-        """Joins two links at a point of each, relative to the link's centre [m], along
-        the axes of the reference pose."""
-        (a, place), (b, other) = first, second
-        self.join(pymunk.PivotJoint(self.body(a), self.body(b), vector(place), vector(other)))
+        """Joins two links at a point of each. A point is given by the number of its link, and by
+        its place relative to the link's centre [m], along the axes of the reference pose."""
+        link, place = first
+        other_link, other_place = second
+        body, other_body = self.body(link), self.body(other_link)
+        self.join(pymunk.PivotJoint(body, other_body, vector(place), vector(other_place)))
 
     def join(self, joint: pymunk.Constraint) -> None:
         """Adds a joint that corrects its opening at the rate that the method says."""
@@ -166,7 +168,7 @@ def assembled(planar: Planar, poses: Sequence[Pose]) -> Assembly:
         for slide in link.slides:
             _push_along(assembly, number, slide)
         if link.hinge is not None:
-            _turn(assembly, number, link.hinge)
+            _hinged_body(assembly, number, link.hinge).add_moments()
     for loop in planar.mechanism.loops:
         assembly.pin(*map(planar.links.arm, loop.bodies, loop.places))
     assembly.shapes = planar.surfaces.add(space, assembly.bodies)
@@ -211,7 +213,8 @@ def _push_along(assembly: Assembly, number: int, slide: Slide) -> None:
     """Adds the forces of a slide's damper and actuators, which act in each step."""
     joint = assembly.planar.mechanism.joints[slide.joint]
     actuators = actuators_of(assembly.planar.mechanism, slide.joint)
-    depends_on_motion = bool(joint.damping[0]) or any(a.biased for a in actuators)
+    biased = any(actuator.biased for actuator in actuators)
+    depends_on_motion = bool(joint.damping[0]) or biased
     if not (depends_on_motion or actuators):
         return
     if abs(abs(slide.along) - 1.0) > CLOSE:
@@ -232,121 +235,163 @@ def _push_along(assembly: Assembly, number: int, slide: Slide) -> None:
         force = joint_force(coordinate, rate, controls)
         body.apply_force_at_world_point((force * axis[0], force * axis[1]), body.position)
 
-    _add_push(assembly, push, depends_on_motion)
-
-
-def _add_push(assembly: Assembly, push: Push, without_controls: bool) -> None:
-    """Adds forces to a mechanism, which also act without controls if `without_controls`."""
     assembly.pushes.append(push)
-    if without_controls:
+    if depends_on_motion:
         assembly.always.append(push)
 
 
-def _turn(assembly: Assembly, number: int, hinge: Hinge) -> None:
-    """Adds the moments of a hinge's spring, damper and actuators and, on a turning platform, the
-    moments of weight and centrifugal forces.
+@dataclass(frozen=True)
+class HingedBody:
+    """A body of pymunk that a hinge turns, with the spring, the damper and the actuators of the
+    hinge.
 
     pymunk moves bodies before it changes their velocities. A moment that is set before a step
     belongs to the old angle: that is Euler's explicit rule, which gains energy. pymunk evaluates
     the moment of a spring at the new angle, which makes the step semi-implicit. So moments that
     depend on the angle act as springs, and moments that depend only on time and rate are set before
     a step."""
-    planar = assembly.planar
-    link = planar.links.all[number]
-    joint = planar.mechanism.joints[hinge.joint]
-    actuators = actuators_of(planar.mechanism, hinge.joint)
-    motors = [a for a in actuators if not a.biased]
-    servos = [a for a in actuators if a.biased]
-    sense = hinge.sense
-    body = assembly.bodies[number]
-    carrier = assembly.body(link.parent)
-    if link.point and not planar.wheels:
-        if joint.stiffness or servos:
-            raise Unsupported(f"pymunk has no spring that turns a point: {joint.name}")
-        _push_point(assembly, number, hinge)
-        return
-    if motors:
-        joint_force = actuator_force(joint, motors)
+
+    assembly: Assembly
+    link: Link
+    hinge: Hinge
+    joint: Joint
+    body: pymunk.Body
+    carrier: pymunk.Body  # body of the parent link, or the static body
+
+    @property
+    def on_world(self) -> bool:
+        """Whether the hinge is on the world, and not on another link."""
+        return self.link.parent == WORLD
+
+    def add_moments(self) -> None:
+        """Adds the moments of the hinge's spring, damper and actuators and, on a turning platform,
+        the moments of weight and centrifugal forces. Raises Unsupported."""
+        planar = self.assembly.planar
+        joint = self.joint
+        actuators = actuators_of(planar.mechanism, self.hinge.joint)
+        motors = [actuator for actuator in actuators if not actuator.biased]
+        servos = [actuator for actuator in actuators if actuator.biased]
+        if self.link.point and not planar.wheels:
+            if joint.stiffness or servos:
+                raise Unsupported(f"pymunk has no spring that turns a point: {joint.name}")
+            self._push_point(motors)
+            return
+        if motors:
+            self._add_motors(motors)
+        depends_on_rate = bool(joint.damping[0] or servos)
+        on_platform = planar.rate is not None
+        if on_platform and (joint.stiffness or depends_on_rate):
+            raise Unsupported(f"pymunk has no spring on a platform that turns: {joint.name}")
+        if not (on_platform or joint.stiffness or depends_on_rate):
+            return
+        spring = pymunk.DampedRotarySpring(
+            self.body, self.carrier, self._angle_at_rest, joint.stiffness, 0.0
+        )
+        self.assembly.space.add(spring)
+        if planar.rate is not None:
+            spring.torque_func = platform_spring(
+                planar.mechanism, planar.links, self.link, planar.rate
+            )
+        elif depends_on_rate:
+            spring.torque_func = self._moment_against(servos)
+
+    @property
+    def _angle_at_rest(self) -> float:
+        """The angle of the hinge at which its spring has no moment [rad]."""
+        return self.hinge.sense * (float(self.joint.rest[0]) - self.hinge.reference)
+
+    def _add_motors(self, motors: Sequence[Actuator]) -> None:
+        """Adds the moments of motors, which depend only on their controls."""
+        joint_force = actuator_force(self.joint, motors)
+        body = self.body
+        carrier = self.carrier
+        on_world = self.on_world
+        sense = self.hinge.sense
 
         def push(controls: Sequence[float]) -> None:
             """Sets the moment of the motors on the body, and the opposite moment on its parent."""
             moment = sense * joint_force(0.0, 0.0, controls)
             body.torque = moment  # motors of bodies that this body carries add to it later
-            if link.parent != WORLD:
+            if not on_world:
                 carrier.torque -= moment
 
-        _add_push(assembly, push, without_controls=False)
-    if planar.rate is not None or joint.stiffness or joint.damping[0] or servos:
-        rest = sense * (float(joint.rest[0]) - hinge.reference)
-        spring = pymunk.DampedRotarySpring(body, carrier, rest, joint.stiffness, 0.0)
-        assembly.space.add(spring)
-        if planar.rate is not None or joint.damping[0] or servos:
-            spring.torque_func = _spring(assembly, number, hinge, servos)
+        self.assembly.pushes.append(push)
+
+    def _moment_against(
+        self, servos: Sequence[Actuator]
+    ) -> Callable[[pymunk.DampedRotarySpring, float], float]:
+        """The function that pymunk calls for the moment against the hinge [N m], with a spring and
+        the hinge's angle [rad]."""
+        joint = self.joint
+        body = self.body
+        carrier = self.carrier
+        on_world = self.on_world
+        sense = self.hinge.sense
+        reference = self.hinge.reference
+        if on_world and not servos:
+            stiffness = joint.stiffness
+            damping = float(joint.damping[0])
+            angle_at_rest = self._angle_at_rest
+            return lambda spring, angle: (
+                stiffness * (angle - angle_at_rest) + damping * body.angular_velocity
+            )
+        joint_force = passive_and_actuator_force(joint, servos)
+        latest_controls = [0.0] * (1 + max((servo.control for servo in servos), default=0))
+
+        def keep(controls: Sequence[float]) -> None:
+            """Keeps the controls of the step that begins."""
+            latest_controls[:] = controls
+
+        if any(servo.gain for servo in servos):
+            self.assembly.pushes.append(keep)
+
+        def moment_against(spring: pymunk.DampedRotarySpring, angle: float) -> float:
+            """The moment of spring, damper and servos against the hinge [N m]."""
+            rate = body.angular_velocity - (0.0 if on_world else carrier.angular_velocity)
+            coordinate = sense * angle + reference
+            return -sense * joint_force(coordinate, sense * rate, latest_controls)
+
+        return moment_against
+
+    def _push_point(self, motors: Sequence[Actuator]) -> None:
+        """Adds the moment of the hinge's damper and motors on a point mass, as a force across its
+        arm. A torque would lose its digits on a body with hardly any moment of inertia."""
+        damped = bool(self.joint.damping[0])
+        if not (damped or motors):
+            return
+        if not self.on_world:
+            raise Unsupported(
+                f"pymunk has no moment on a point that hangs on a body: {self.joint.name}"
+            )
+        body = self.body
+        length = self.link.length
+        sense = self.hinge.sense
+        x, y = vector(1j * sense * self.link.arm / abs(self.link.arm))
+
+        def pushing(joint_force: JointForce) -> Push:
+            """Returns the function that exerts a joint's force on the point."""
+
+            def push(controls: Sequence[float]) -> None:
+                """Sets the force across the arm that has the moment of the joint."""
+                force = joint_force(0.0, sense * body.angular_velocity, controls) / length
+                cosine, sine = body.rotation_vector
+                body.force = force * (x * cosine - y * sine), force * (x * sine + y * cosine)
+
+            return push
+
+        self.assembly.pushes.append(pushing(passive_and_actuator_force(self.joint, motors)))
+        if damped:
+            self.assembly.always.append(pushing(passive_and_actuator_force(self.joint, [])))
 
 
-def _spring(
-    assembly: Assembly, number: int, hinge: Hinge, servos: Sequence[Actuator]
-) -> Callable[[pymunk.DampedRotarySpring, float], float]:
-    """The function that pymunk calls for the moment against a hinge [N m], with a spring and the
-    hinge's angle [rad]."""
-    planar = assembly.planar
-    link = planar.links.all[number]
-    joint = planar.mechanism.joints[hinge.joint]
-    body = assembly.bodies[number]
-    carrier = assembly.body(link.parent)
-    sense = hinge.sense
-    reference = hinge.reference
-    joint_force = passive_and_actuator_force(joint, servos)
-    if planar.rate is not None:
-        if joint.stiffness or joint.damping[0] or servos:
-            raise Unsupported(f"pymunk has no spring on a platform that turns: {joint.name}")
-        return platform_spring(planar.mechanism, planar.links, link, planar.rate)
-    held = [0.0] * (1 + max((a.control for a in servos), default=0))
-    if any(a.gain for a in servos):
-        _add_push(assembly, lambda controls: held.__setitem__(slice(None), controls), False)
-
-    damping = float(joint.damping[0])
-    rest = sense * (float(joint.rest[0]) - reference)
-    if link.parent == WORLD and not servos:
-        return lambda spring, angle: (
-            joint.stiffness * (angle - rest) + damping * body.angular_velocity
-        )
-    on_world = link.parent == WORLD
-
-    def moment_against(spring: pymunk.DampedRotarySpring, angle: float) -> float:
-        """Returns the moment of spring, damper and servos against the hinge [N m]."""
-        rate = body.angular_velocity - (0.0 if on_world else carrier.angular_velocity)
-        return -sense * joint_force(sense * angle + reference, sense * rate, held)
-
-    return moment_against
-
-
-def _push_point(assembly: Assembly, number: int, hinge: Hinge) -> None:
-    """Adds the moment of a hinge's damper and motors on a point mass, as a force across its arm. A
-    torque would lose its digits on a body with hardly any moment of inertia."""
+def _hinged_body(assembly: Assembly, number: int, hinge: Hinge) -> HingedBody:
+    """The body of the link with this number, on its hinge."""
     link = assembly.planar.links.all[number]
-    joint = assembly.planar.mechanism.joints[hinge.joint]
-    motors = actuators_of(assembly.planar.mechanism, hinge.joint)
-    damped = bool(joint.damping[0])
-    if not (damped or motors):
-        return
-    if link.parent != WORLD:
-        raise Unsupported(f"pymunk has no moment on a point that hangs on a body: {joint.name}")
-    body = assembly.bodies[number]
-    length = link.length
-    x, y = vector(1j * hinge.sense * link.arm / abs(link.arm))
-
-    def pushing(joint_force: JointForce) -> Push:
-        """Returns the function that exerts a joint's force on the point."""
-
-        def push(controls: Sequence[float]) -> None:
-            """Sets the force across the arm that has the moment of the joint."""
-            force = joint_force(0.0, hinge.sense * body.angular_velocity, controls) / length
-            cosine, sine = body.rotation_vector
-            body.force = force * (x * cosine - y * sine), force * (x * sine + y * cosine)
-
-        return push
-
-    assembly.pushes.append(pushing(passive_and_actuator_force(joint, motors)))
-    if damped:
-        assembly.always.append(pushing(passive_and_actuator_force(joint, [])))
+    return HingedBody(
+        assembly=assembly,
+        link=link,
+        hinge=hinge,
+        joint=assembly.planar.mechanism.joints[hinge.joint],
+        body=assembly.bodies[number],
+        carrier=assembly.body(link.parent),
+    )

@@ -1,4 +1,4 @@
-"""The plane in which a mechanism moves, and the drawing of the mechanism in that plane."""
+"""The plane in which a mechanism moves."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.mechanism import Joint, Mechanism
+from plumbob.engines.adapters.reference_pose import ReferencePose
+from plumbob.engines.mechanism import Mechanism
 from plumbob.engines.method import Unsupported
 from plumbob.engines.peer_model import rotation
 from plumbob.engines.stepper import State
@@ -40,36 +41,13 @@ class Plane:
         return value.real * self.right + value.imag * self.up
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """The frames of the bodies in the world if every joint has its reference coordinates."""
-
-    places: list[Array]  # place of each body [m], shape (3,) each
-    turns: list[Array]  # rotation matrix of each body, shape (3, 3) each
-
-    def point(self, body: int, place: Array) -> Array:
-        """A point of a body in the world [m], shape (3,)."""
-        return np.asarray(self.places[body] + self.turns[body] @ place)
-
-    def axis(self, joint: Joint) -> Array:
-        """The axis of a joint in the world, shape (3,)."""
-        return np.asarray(self.turns[joint.body] @ joint.axis)
-
-
-def drawing(mechanism: Mechanism) -> Drawing:
-    """The drawing of a mechanism."""
-    drawn = Drawing([np.zeros(3)], [np.eye(3)])
-    for body in mechanism.bodies[1:]:
-        drawn.places.append(drawn.point(body.parent, body.place))
-        drawn.turns.append(drawn.turns[body.parent] @ rotation(body.attitude))
-    return drawn
-
-
-def plane_of(mechanism: Mechanism, start: State, drawn: Drawing) -> Plane:
+def plane_of(mechanism: Mechanism, start: State, drawn: ReferencePose) -> Plane:
     """The plane of a mechanism's motion. Its normal is the axis of the hinges. Without hinges the
     plane contains the normal of a floor, gravity, the velocities of the start and the slides that
     guide a body, in this order. Raises Unsupported if a hinge turns out of the plane."""
-    hinges = [j for j in mechanism.joints if j.kind == "hinge" and j.velocity is None]
+    hinges = [
+        joint for joint in mechanism.joints if joint.kind == "hinge" and joint.velocity is None
+    ]
     lines = [line for line in _lines(mechanism, start, drawn) if np.linalg.norm(line) > CLOSE]
     if not hinges:
         up = lines[0] / np.linalg.norm(lines[0])
@@ -97,21 +75,30 @@ def _perpendicular(lines: Sequence[Array], axis: Array) -> Array:
     raise AssertionError("the axes of the world are among the lines")
 
 
-def _lines(mechanism: Mechanism, start: State, drawn: Drawing) -> Iterator[Array]:
+def _lines(mechanism: Mechanism, start: State, drawn: ReferencePose) -> Iterator[Array]:
     """Yields directions in which something acts or moves. The first ones become up and right."""
     for touch in mechanism.touching:
         for shape in (mechanism.shapes[number] for number in touch.shapes):
             if shape.kind == "plane":
                 yield drawn.turns[shape.body] @ rotation(shape.attitude)[:, 2]
-    yield from (drawn.axis(j) for j in mechanism.joints if j.velocity is not None)
+    for joint in mechanism.joints:
+        if joint.velocity is not None:
+            yield drawn.axis(joint)
     yield -mechanism.gravity
-    slides = [(n, j) for n, j in enumerate(mechanism.joints) if j.kind == "slide"]
+    slides = [
+        (number, joint)
+        for number, joint in enumerate(mechanism.joints)
+        if joint.kind == "slide"
+    ]
     for body in range(len(mechanism.bodies)):
-        moving = [
-            drawn.axis(joint) * start.qvel[n] for n, joint in slides if joint.body == body
+        velocities = [
+            drawn.axis(joint) * start.qvel[number]
+            for number, joint in slides
+            if joint.body == body
         ]
-        yield np.sum(moving, axis=0) if moving else np.zeros(3)
-    carrying = [joint.body for joint in mechanism.joints]
-    yield from (drawn.axis(j) for _, j in slides if carrying.count(j.body) == 1)
+        yield np.sum(velocities, axis=0) if velocities else np.zeros(3)
+    bodies_of_joints = [joint.body for joint in mechanism.joints]
+    guides = [joint for _, joint in slides if bodies_of_joints.count(joint.body) == 1]
+    yield from map(drawn.axis, guides)
     yield from (drawn.axis(joint) for _, joint in slides)
-    yield from np.eye(3)[[2, 0, 1]]
+    yield from np.eye(3)[[2, 0, 1]]  # up, right and across, if nothing above decides

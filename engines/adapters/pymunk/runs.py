@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.pymunk.stepper import planar_stepper
@@ -31,52 +33,61 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
         return stepped(case, step, lambda: _built(build(case.problem, method, step), step))
 
     def stepper_of(mechanism: Mechanism, start: State) -> Stepper:
+        """The stepper of a mechanism by the method."""
         return planar_stepper(mechanism, start, method, step)
 
-    return simulated(case, step, stepper_of, reads_forces=True)
+    return simulated(case, step, stepper_of)
 
 
 def _built(scene: Translation, step: float) -> Built:
-    """A scene at its start, ready to be advanced and read. If the scene has observables of the step
-    that begins at a sample, each sample is completed when that step is done."""
+    """A scene at its start, ready to be advanced in steps of `step` [s] and read."""
+    if scene.following is None:
+        return Built(partial(_take, scene, step), scene.read, scene.limits)
+    followed = FollowedSamples(scene, step, scene.following)
+    return Built(followed.advance, followed.read, scene.limits, followed.gather)
+
+
+def _take(scene: Translation, step: float, first: int, last: int) -> None:
+    """Takes the steps `first` to `last` - 1 of `step` [s]."""
     move = scene.space.step
     act = scene.act
-    following = scene.following
-    sample: dict[str, float] = {}  # the latest sample
-    taken = 0
+    if act is None:
+        for _ in range(first, last):
+            move(step)
+        return
+    for number in range(first, last):
+        act(number * step)
+        move(step)
 
-    def take(first: int, last: int) -> None:
-        if act is None:
-            for _ in range(first, last):
-                move(step)
-        else:
-            for n in range(first, last):
-                act(n * step)
-                move(step)
 
-    def advance(first: int, last: int) -> None:
-        """Takes the steps from number `first` to `last`; the step `first` is followed step by step
-        if a follower is given."""
-        nonlocal taken
-        taken, middle = last, first
-        if following is not None:
-            follow(first)
-            middle = first + 1
-        take(middle, last)
+@dataclass
+class FollowedSamples:
+    """Steps of a scene with observables of the step that begins at a sample. A sample is completed
+    when that step is done."""
 
-    def follow(first: int) -> None:
-        take(first, first + 1)
-        assert following is not None
-        sample.update(following())
+    scene: Translation
+    step: float  # [s]
+    following: Callable[[], ByName]
+    steps_taken: int = 0
+    sample: dict[str, float] = field(default_factory=dict)  # the latest sample
 
-    def read() -> ByName:
-        nonlocal sample
-        sample = {**scene.read()}
-        return sample
+    def advance(self, first: int, last: int) -> None:
+        """Takes the steps `first` to `last` - 1."""
+        self._complete_sample(first)
+        _take(self.scene, self.step, first + 1, last)
+        self.steps_taken = last
 
-    def gather(rows: Sequence[ByName]) -> Observed:
-        if following is not None:
-            follow(taken)
-        return by_name(rows)
+    def _complete_sample(self, number: int) -> None:
+        """Takes the step with this number, and adds its observables to the latest sample."""
+        _take(self.scene, self.step, number, number + 1)
+        self.sample.update(self.following())
 
-    return Built(advance, read, scene.limits, gather)
+    def read(self) -> ByName:
+        """The observables of the present state, to which those of the next step are added later."""
+        self.sample = {**self.scene.read()}
+        return self.sample
+
+    def gather(self, samples: Sequence[ByName]) -> Observed:
+        """The observables of all samples, the last of which is completed by a further step."""
+        self._complete_sample(self.steps_taken)
+        return by_name(samples)

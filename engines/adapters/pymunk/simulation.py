@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pymunk
@@ -29,28 +29,16 @@ def vector(value: complex) -> tuple[float, float]:
     return value.real, value.imag
 
 
-def touching(
-    space: pymunk.Space, body: pymunk.Body, shapes: Sequence[pymunk.Shape], **surface: float
-) -> None:
-    """Adds a body to a space, with shapes that touch the first of them. pymunk multiplies numbers
-    of two surfaces, such as their friction: the first shape has 1, the others have those of
-    `surface`."""
-    ground, *others = shapes
-    for name, value in surface.items():
-        setattr(ground, name, 1.0)
-        for shape in others:
-            setattr(shape, name, value)
-    space.add(body, *shapes)
-
-
 def settle(space: pymunk.Space, step: float, iterations: int) -> None:
     """Lets the solver find the impulses of joints and contacts at the start, in a step that is
     undone. The next step begins with these impulses."""
-    usual = space.iterations
+    usual_iterations = space.iterations
     bodies = space.bodies
-    start = [(b.position, b.velocity, b.angle, b.angular_velocity) for b in bodies]
-    space.iterations = max(iterations, usual)
+    states = [
+        (body.position, body.velocity, body.angle, body.angular_velocity) for body in bodies
+    ]
+    space.iterations = max(iterations, usual_iterations)
     space.step(step)
-    space.iterations = usual
-    for body, state in zip(bodies, start, strict=True):
+    space.iterations = usual_iterations
+    for body, state in zip(bodies, states, strict=True):
         body.position, body.velocity, body.angle, body.angular_velocity = state

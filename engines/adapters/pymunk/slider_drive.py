@@ -19,7 +19,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.pymunk.assembly import View
 from plumbob.engines.adapters.pymunk.simulation import vector
 
-# number of steps whose targets are computed at once; another number changes sums by rounding
+# Number of steps whose targets are computed at once. Another number changes the sums by rounding.
 BLOCK = 4096
 
 
@@ -39,17 +39,19 @@ def targets(
     if place is not None and switches_on_grid(problem.motion.path, step):
 
         def places(steps: Array, step: float) -> Array:
+            """The places at the ends of steps with these numbers."""
             times = (steps + 1.0) * step
             return np.asarray((place(times) - 0.5 * step * velocity(times)) @ axes)
 
     else:
-        here = start
+        last_place = start
 
         def places(steps: Array, step: float) -> Array:
-            nonlocal here
-            summed = here + np.cumsum(step * (velocity(steps * step) @ axes))
-            here = summed[-1]
-            return np.asarray(summed)
+            """The places at the ends of steps with these numbers, which follow the last steps."""
+            nonlocal last_place
+            sums = last_place + np.cumsum(step * (velocity(steps * step) @ axes))
+            last_place = sums[-1]
+            return np.asarray(sums)
 
     return _by_step(places, step)
 
@@ -72,7 +74,7 @@ def driven(
     target."""
     parts = view.assembly
     set_limits = view.set_limits
-    here = next(places)
+    place = next(places)  # place of the slider at the end of the last step, relative to C [m]
     body = parts.body
     slider = parts.slider
     joint = parts.joint
@@ -82,16 +84,16 @@ def driven(
     def act(time: float) -> None:
         """Moves the anchors of the slider's joint such that the next step brings the slider to its
         next target; the time is not used."""
-        nonlocal turn, here
+        nonlocal turn, place
         if turning:
             turn = cmath.rect(1.0, body.angle + step * body.angular_velocity)
             arm = complex(*slider.position) - complex(*body.position)
             arm += step * (complex(*slider.velocity) - complex(*body.velocity))
-            here = arm * turn.conjugate() - centre
-        joint.anchor_a = vector(here + centre)
+            place = arm * turn.conjugate() - centre
+        joint.anchor_a = vector(place + centre)
         target = next(places)
-        joint.anchor_b = vector((here - target) * turn)
-        set_limits(here)
-        here = target
+        joint.anchor_b = vector((place - target) * turn)
+        set_limits(place)
+        place = target
 
     return act

@@ -19,10 +19,10 @@ from plumbob.engines.method import Method
 from plumbob.engines.stepper import Forces, State
 
 # Iterations that find the impulses at the start are SETTLING times the ratio of the largest to the
-# smallest mass in contact, times the squared number of bodies, and MOST at most. An error falls by
-# a factor of e in as many iterations as that product.
+# smallest mass in contact, times the squared number of bodies, and MAX_SETTLING_ITERATIONS at most.
+# An error falls by a factor of e in as many iterations as that product.
 SETTLING = 40.0
-MOST = 1_000_000
+MAX_SETTLING_ITERATIONS = 1_000_000
 
 
 class PlanarStepper:
@@ -30,71 +30,63 @@ class PlanarStepper:
     earlier steps survives."""
 
     def __init__(self, planar: Planar, step: float) -> None:
+        self.step = step
         self._planar = planar
-        self._step = step
         self._idle = idle_controls(planar.mechanism)
-        self._none = [pymunk.Vec2d.zero()] * len(planar.links.all)  # forces on bodies
-        self._untold = Forces(
-            np.full((len(planar.mechanism.joints), 3), np.nan),
-            np.full((len(planar.surfaces.pairs), 3), np.nan),
-        )
+        self._no_forces = [pymunk.Vec2d.zero()] * len(planar.links.all)
         prescribed = [joint.velocity is not None for joint in planar.mechanism.joints]
         self._platform = prescribed.index(True) if any(prescribed) else None
 
-    @property
-    def step(self) -> float:
-        """The time step [s]."""
-        return self._step
-
     def put(self, state: State, time: float = 0.0) -> None:
         """Sets the state; the time has no effect."""
-        self._hidden = self._planar.links.hidden(state)
-        self._started = state
-        self._steps = 0
-        self._made = assembled(self._planar, self._planar.links.poses(state))
-        # for each body: its velocity before the last step, and the force exerted in that step
-        self._before: list[pymunk.Vec2d] = []
-        self._exerted = self._none
+        self._start = state
+        self._unseen = self._planar.links.unseen_coordinates(state)
+        self._steps_taken = 0
+        self._assembly = assembled(self._planar, self._planar.links.poses(state))
+        # For each body: its velocity before the last step, and the force exerted in that step
+        self._velocities_before: list[pymunk.Vec2d] = []
+        self._exerted = self._no_forces
         if not self._planar.mechanism.actuators:
-            self._begin(self._idle)
+            self._prepare_first_step(self._idle)
 
     def state(self) -> State:
         """The present state."""
-        qpos, qvel = self._planar.links.coordinates(self._poses(), self._hidden)
-        number = self._platform
+        qpos, qvel = self._planar.links.coordinates(self._poses(), self._unseen)
+        platform = self._platform
         rate = self._planar.rate
-        if number is not None and rate is not None:
-            time = self._step * self._steps
-            qpos[number] = float(self._started.qpos[number]) + rate * time
-            qvel[number] = rate
+        if platform is not None and rate is not None:
+            time = self.step * self._steps_taken
+            qpos[platform] = float(self._start.qpos[platform]) + rate * time
+            qvel[platform] = rate
         return State(np.array(qpos), np.array(qvel))
 
     def advance(self, controls: Array | None, steps: int) -> None:
-        """Takes `steps` steps under controls, shape (steps, controls)."""
+        """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
+        zero. The velocities before the last step and the forces exerted in it are kept for
+        `forces`."""
         if not steps:
             return
+        assembly = self._assembly
         rows = None if controls is None else controls.tolist()
-        if self._steps == 0 and self._planar.mechanism.actuators:
-            self._begin(rows[0] if rows else self._idle)
-        made = self._made
+        pushes = assembly.always if rows is None else assembly.pushes
+        if self._steps_taken == 0 and self._planar.mechanism.actuators:
+            self._prepare_first_step(rows[0] if rows else self._idle)
         if steps > 1:
             self._take(rows and rows[:-1], steps - 1)
-        pushes = made.always if rows is None else made.pushes
+        self._exerted = self._no_forces
         if pushes:
             for push in pushes:
                 push(rows[-1] if rows else self._idle)
-            self._exerted = [body.force for body in made.bodies]
-        else:
-            self._exerted = self._none
-        self._before = [body.velocity for body in made.bodies]
-        made.space.step(self._step)
-        self._steps += steps
+            self._exerted = [body.force for body in assembly.bodies]
+        self._velocities_before = [body.velocity for body in assembly.bodies]
+        assembly.space.step(self.step)
+        self._steps_taken += steps
 
     def _take(self, rows: Sequence[Sequence[float]] | None, steps: int) -> None:
         """Takes steps under rows of controls."""
-        move = self._made.space.step
-        step = self._step
-        pushes = self._made.always if rows is None else self._made.pushes
+        move = self._assembly.space.step
+        step = self.step
+        pushes = self._assembly.always if rows is None else self._assembly.pushes
         if not pushes:
             for _ in range(steps):
                 move(step)
@@ -105,10 +97,10 @@ class PlanarStepper:
             move(step)
 
     def _poses(self) -> list[Pose]:
-        """Returns the poses of the links. The position of a link is left at zero unless the link
-        slides, and its angle unless it is hinged: no coordinate needs them."""
+        """The poses of the links. The position of a link is left at zero unless the link slides,
+        and its angle unless it is hinged: no coordinate needs them."""
         poses = list[Pose]()
-        for link, body in zip(self._planar.links.all, self._made.bodies, strict=True):
+        for link, body in zip(self._planar.links.all, self._assembly.bodies, strict=True):
             place = velocity = 0j
             angle = rate = 0.0
             if link.slides:
@@ -118,86 +110,88 @@ class PlanarStepper:
             poses.append(Pose(place, angle, velocity, rate))
         return poses
 
-    def _begin(self, controls: Sequence[float]) -> None:
+    def _prepare_first_step(self, controls: Sequence[float]) -> None:
         """Gives the start what an earlier step would have left: the opening of a joint that closes
         in one step, and the impulses between bodies that touch one another."""
-        made = self._made
-        (*rest, joint) = made.space.constraints or [None]
-        if joint is not None and not rest and joint.error_bias == 0.0:
-            self._open(controls)
+        assembly = self._assembly
+        joints = list(assembly.space.constraints)
+        if len(joints) == 1 and joints[0].error_bias == 0.0:
+            self._open_hinge(controls)
         piled = self._planar.surfaces.piled
         if piled:
-            for push in made.pushes:
+            for push in assembly.pushes:
                 push(controls)
             masses = [self._planar.links.all[number].mass for number in piled]
-            uneven = max(masses) / min(masses) * len(masses) ** 2
-            usual = made.space.iterations
-            settle(made.space, self._step, min(round(SETTLING * uneven) + usual, MOST))
+            slowness = max(masses) / min(masses) * len(masses) ** 2
+            iterations = round(SETTLING * slowness) + assembly.space.iterations
+            settle(assembly.space, self.step, min(iterations, MAX_SETTLING_ITERATIONS))
 
-    def _open(self, controls: Sequence[float]) -> None:
+    def _open_hinge(self, controls: Sequence[float]) -> None:
         """Puts the only body, which hangs on a hinge, to the place where an earlier step would have
         opened the hinge. If the hinge started closed, its first impulse would be too large."""
         (link,) = self._planar.links.all
-        (body,) = self._made.bodies
+        (body,) = self._assembly.bodies
         if link.hinge is None or link.slides:
             return
-        for push in self._made.pushes:
+        for push in self._assembly.pushes:
             push(controls)
         arm = turned_by(body.angle, link.arm)
         force = link.mass * self._planar.gravity + complex(*body.force)
         inertia = link.moment + link.mass * abs(arm) ** 2
         acceleration = ((force * arm.conjugate()).imag + body.torque) / inertia
         body.force, body.torque = (0.0, 0.0), 0.0
-        turn = 1j * self._step * (body.angular_velocity - self._step * acceleration)
+        turn = 1j * self.step * (body.angular_velocity - self.step * acceleration)
         opening = cmath.exp(-turn) * (1 + turn) - 1
-        speed = 1j * body.angular_velocity - opening / self._step
+        speed = 1j * body.angular_velocity - opening / self.step
         body.position = vector(link.hinge.place + arm * (1 + opening))
         body.velocity = vector(arm * speed)
 
     def forces(self) -> Forces:
         """The forces of the last step: those of the joints of trees, in the plane, and those of
-        shapes that touch. A joint in a loop, or a platform that turns, is nan."""
+        shapes that touch. The force of a joint in a loop, and of a platform that turns, is nan."""
         planar = self._planar
         plane = planar.links.plane
         pairs = [pair.surfaces for pair in planar.surfaces.pairs]
-        joints, touching = self._untold.joints.copy(), self._untold.touching.copy()
-        if not self._before:
+        joints = np.full((len(planar.mechanism.joints), 3), np.nan)
+        touching = np.full((len(pairs), 3), np.nan)
+        if not self._velocities_before:
             return Forces(joints, touching)
         impulses = self._impulses() if pairs else {}
         for number, pair in enumerate(pairs):
-            touching[number] = plane.lifted(impulses.get(pair, 0j) / self._step)
-        for link, force in zip(planar.links.all, self._carried(impulses), strict=True):
-            if planar.wheels or len(link.slides) + (link.hinge is not None) > 1:
-                continue
-            joint = link.hinge or link.slides[0]
-            joints[joint.joint] = plane.lifted(force)
+            touching[number] = plane.lifted(impulses.get(pair, 0j) / self.step)
+        for link, force in zip(planar.links.all, self._parent_forces(impulses), strict=True):
+            numbers = [slide.joint for slide in link.slides]
+            numbers += [link.hinge.joint] if link.hinge else []
+            if len(numbers) == 1 and not planar.wheels:
+                joints[numbers[0]] = plane.lifted(force)
         return Forces(joints, touching)
 
     def _impulses(self) -> dict[tuple[int, int], complex]:
         """The impulses of the last step [N s] on the second surface of each touching pair."""
-        numbers = {shape: number for number, shape in enumerate(self._made.shapes)}
-        found = dict[tuple[int, int], complex]()
+        numbers = {shape: number for number, shape in enumerate(self._assembly.shapes)}
+        impulses = dict[tuple[int, int], complex]()
 
         def read(arbiter: pymunk.Arbiter) -> None:
+            """Keeps the impulse of a contact."""
             first, second = (numbers[shape] for shape in arbiter.shapes)
-            impulse = complex(*arbiter.total_impulse)  # on the first
-            found[first, second] = -impulse
-            found[second, first] = impulse
+            impulse_on_first = complex(*arbiter.total_impulse)
+            impulses[first, second] = -impulse_on_first
+            impulses[second, first] = impulse_on_first
 
-        for body in self._made.bodies:
+        for body in self._assembly.bodies:
             body.each_arbiter(read)
-        return found
+        return impulses
 
-    def _carried(self, impulses: dict[tuple[int, int], complex]) -> list[complex]:
+    def _parent_forces(self, impulses: dict[tuple[int, int], complex]) -> list[complex]:
         """The force on each link from its parent in the last step [N]: the rate of change of the
         momentum of the link and of all links that it carries, less their weight, the forces exerted
         on them, and the forces of contacts. The force is nan if one of them is part of a loop.
         `impulses` are those of the first surface of a pair on the second."""
         planar = self._planar
         links = planar.links.all
-        forces = [self._gained(number) for number in range(len(links))]
+        forces = [self._unexplained_force(number) for number in range(len(links))]
         for pair in planar.surfaces.pairs:
-            force = impulses.get(pair.surfaces, 0j) / self._step
+            force = impulses.get(pair.surfaces, 0j) / self.step
             first, second = planar.surfaces.links(pair)
             if first != WORLD:
                 forces[first] += force
@@ -213,12 +207,14 @@ class PlanarStepper:
                 forces[links[number].parent] += forces[number]
         return forces
 
-    def _gained(self, number: int) -> complex:
+    def _unexplained_force(self, number: int) -> complex:
         """The rate of change of a link's momentum in the last step, less its weight and the forces
         exerted on it [N]."""
-        faster = complex(*(self._made.bodies[number].velocity - self._before[number]))
-        gained = faster / self._step - self._planar.gravity
-        return self._planar.links.all[number].mass * gained - complex(*self._exerted[number])
+        velocity = self._assembly.bodies[number].velocity
+        change = complex(*(velocity - self._velocities_before[number]))
+        acceleration = change / self.step - self._planar.gravity
+        force = self._planar.links.all[number].mass * acceleration
+        return force - complex(*self._exerted[number])
 
 
 def planar_stepper(

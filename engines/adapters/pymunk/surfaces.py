@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import cmath
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 import pymunk
@@ -24,11 +26,11 @@ from plumbob.engines.stepper import State
 # is a circle. Without an overlap rounding would decide whether they touch.
 DEPTH = 1e-6
 TOUCHING = 1e-9  # largest gap of shapes that touch, as a fraction of their size
-# largest radius of a circle that stands for a point, relative to its distance from the centre of
+# Largest radius of a circle that stands for a point, relative to its distance from the centre of
 # mass
 POINT = 1e-6
-# depth and length to either side of a floor below a point, in sizes, so that no step passes the
-# floor
+# Depth and length to either side of a floor below a point, in sizes of the point's surface. It is
+# so deep that no step passes the floor.
 DEEP = 1e2
 BITS = 32  # number of bits of pymunk's masks
 AXES = (1 + 0j, -1 + 0j, 1j, -1j)
@@ -48,15 +50,16 @@ class Surface:
     normal: complex = 0j  # normal of a floor, pointing away from the floor
     point: bool = False  # whether a circle stands for a point
 
-    def begins(self, poses: Sequence[Pose], direction: complex) -> float:
-        """The smallest coordinate of the surface along `direction`, a unit vector of the plane [m],
-        when its link has its pose in `poses`."""
+    def smallest_coordinate(self, poses: Sequence[Pose], direction: complex) -> float:
+        """The smallest coordinate of the surface along `direction`, a unit vector of the plane [m].
+        `poses` has the poses of all links."""
         place = self.place
-        in_link = direction
+        direction_in_link = direction
         if self.link != WORLD:
             place, _ = poses[self.link].at(place)
-            in_link *= cmath.exp(-1j * poses[self.link].angle)
-        extent = abs(self.half.real * in_link.real) + abs(self.half.imag * in_link.imag)
+            direction_in_link *= cmath.exp(-1j * poses[self.link].angle)
+        extent = abs(self.half.real * direction_in_link.real)
+        extent += abs(self.half.imag * direction_in_link.imag)
         return (place * direction.conjugate()).real - self.radius - extent
 
 
@@ -69,8 +72,11 @@ class Pair:
     restitution: float
     touches: bool  # whether they touch at the start
 
-    def rub(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        """Sets the friction and the restitution of a contact of the pair."""
+    def set_coefficients(
+        self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object
+    ) -> None:
+        """Sets the friction and the restitution of a contact of the pair. pymunk's other arguments
+        have no effect."""
         arbiter.friction = self.friction
         arbiter.restitution = self.restitution
 
@@ -95,32 +101,43 @@ class Surfaces:
     @property
     def piled(self) -> set[int]:
         """The links that touch one another at the start."""
-        links = [self.links(pair) for pair in self.pairs if pair.touches]
-        return {link for both in links for link in both if WORLD not in both}
+        piled = set[int]()
+        for pair in self.pairs:
+            links = self.links(pair)
+            if pair.touches and WORLD not in links:
+                piled.update(links)
+        return piled
 
     def add(self, space: pymunk.Space, bodies: Sequence[pymunk.Body]) -> list[pymunk.Shape]:
         """Adds shapes to the space, on the bodies of the links and on the static body; returns
         them."""
-        made = list[pymunk.Shape]()
+        shapes = list[pymunk.Shape]()
         for number, surface in enumerate(self.all):
             body = space.static_body if surface.link == WORLD else bodies[surface.link]
             shape = self._shape(surface, body)
-            pairs = [pair.surfaces for pair in self.pairs if number in pair.surfaces]
-            mask = sum({1 << p % BITS for pair in pairs for p in pair if p != number})
-            shape.filter = pymunk.ShapeFilter(categories=1 << number % BITS, mask=mask)
+            shape.filter = pymunk.ShapeFilter(_category(number), self._mask(number))
             shape.collision_type = number
             shape.friction = self.friction[number]
             shape.elasticity = self.restitution[number]
-            made.append(shape)
+            shapes.append(shape)
         for pair in self.pairs:
             first, second = pair.surfaces
             product = self.friction[first] * self.friction[second]
             bounce = self.restitution[first] * self.restitution[second]
             if (product, bounce) != (pair.friction, pair.restitution):
-                space.on_collision(first, second, pre_solve=pair.rub)
-        space.add(*made)
+                space.on_collision(first, second, pre_solve=pair.set_coefficients)
+        space.add(*shapes)
         space.collision_slop = self.slop
-        return made
+        return shapes
+
+    def _mask(self, number: int) -> int:
+        """The categories of the surfaces that the surface with this number may touch."""
+        mask = 0
+        for pair in self.pairs:
+            if number in pair.surfaces:
+                (other,) = set(pair.surfaces) - {number}
+                mask |= _category(other)
+        return mask
 
     def _shape(self, surface: Surface, body: pymunk.Body) -> pymunk.Shape:
         """The shape of a surface on a body."""
@@ -145,12 +162,20 @@ class Surfaces:
         return pymunk.Segment(body, vector(place - along), vector(place + along), thickness)
 
 
+def _category(number: int) -> int:
+    """The bit of pymunk's masks that stands for the surface with this number."""
+    return 1 << number % BITS
+
+
 def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
     """The surfaces of a mechanism that starts in a state; raises Unsupported."""
-    found = tuple(_surface(mechanism, links, shape) for shape in mechanism.shapes)
+    surfaces = tuple(_surface(mechanism, links, shape) for shape in mechanism.shapes)
     poses = links.poses(start)
-    gaps = [_gap(poses, *(found[number] for number in t.shapes)) for t in mechanism.touching]
-    size = max((surface.size for surface in found), default=0.0)
+    gaps = [
+        _gap(poses, *(surfaces[number] for number in touch.shapes))
+        for touch in mechanism.touching
+    ]
+    size = max((surface.size for surface in surfaces), default=0.0)
     pairs = tuple(
         Pair(
             touch.shapes,
@@ -161,7 +186,7 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
         for touch, gap in zip(mechanism.touching, gaps, strict=True)
     )
     skin = 0.0
-    if any(surface.point for surface in found):
+    if any(surface.point for surface in surfaces):
         # The slop is so large that pymunk never pushes a point out of a floor.
         slop = DEEP * size
     elif any(pair.touches for pair in pairs):
@@ -172,14 +197,16 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
         # The slop of a body that falls onto another is proportional to the height of its fall.
         slop = ALLOWED_PENETRATION * max(gaps, default=0.0)
     touching_first = sorted(pairs, key=lambda pair: not pair.touches)
+    friction = {pair.surfaces: pair.friction for pair in touching_first}
+    restitution = {pair.surfaces: pair.restitution for pair in touching_first}
     return Surfaces(
-        found,
-        pairs,
-        _factors(len(found), {pair.surfaces: pair.friction for pair in touching_first}),
-        _factors(len(found), {pair.surfaces: pair.restitution for pair in touching_first}),
-        skin,
-        slop,
-        _reach(mechanism, links, start, found, size),
+        all=surfaces,
+        pairs=pairs,
+        friction=_factors(len(surfaces), friction),
+        restitution=_factors(len(surfaces), restitution),
+        skin=skin,
+        slop=slop,
+        reach=_reach(mechanism, links, start, surfaces, size),
     )
 
 
@@ -199,8 +226,8 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
     name = shape.name or mechanism.bodies[shape.body].name
     if shape.kind != "box":
         raise Unsupported(f"pymunk has no {shape.kind} that touches: {name}")
-    directions = plane.right, plane.up
-    leans = np.abs(np.array(directions) @ axes)
+    # Cosines of the angles between the directions of the plane and the axes of the box
+    leans = np.abs(np.array([plane.right, plane.up]) @ axes)
     if leans.max() < 1.0 - CLOSE:
         raise Unsupported(f"pymunk has no box that leans in the drawing: {name}")
     # A box may lie on one of its edges: its extent in the plane reaches to its faces.
@@ -208,15 +235,21 @@ def _surface(mechanism: Mechanism, links: Links, shape: Shape) -> Surface:
         min(half / lean for half, lean in zip(shape.size, row, strict=True) if lean > CLOSE)
         for row in leans
     )
-    half = complex(right, up)
-    return Surface(link, place, 0.0, 2.0 * float(shape.size.max()), half)
+    longest_edge = 2.0 * float(shape.size.max())
+    return Surface(link, place, 0.0, longest_edge, half=complex(right, up))
 
 
 def _gap(poses: Sequence[Pose], first: Surface, second: Surface) -> float:
     """The gap between two surfaces [m], or between their axis-aligned bounding boxes if neither is
     a floor; negative if they overlap."""
-    directions = [first.normal or -second.normal] if first.normal or second.normal else AXES
-    return max(first.begins(poses, -d) + second.begins(poses, d) for d in directions)
+    directions: Sequence[complex] = AXES
+    if first.normal or second.normal:
+        directions = [first.normal or -second.normal]
+    return max(
+        first.smallest_coordinate(poses, -direction)
+        + second.smallest_coordinate(poses, direction)
+        for direction in directions
+    )
 
 
 def _sliding(mechanism: Mechanism, links: Links, touch: Touch) -> float:
@@ -227,9 +260,9 @@ def _sliding(mechanism: Mechanism, links: Links, touch: Touch) -> float:
         raise Unsupported("pymunk has no friction that depends on the direction")
     first, second = (mechanism.shapes[number] for number in touch.shapes)
     points = [links.drawn.point(shape.body, shape.place) for shape in (first, second)]
-    apart = points[1] - points[0]
+    offset = points[1] - points[0]
     bounded = "plane" not in (first.kind, second.kind)
-    if bounded and abs(links.plane.across(apart)) > CLOSE * np.linalg.norm(apart):
+    if bounded and abs(links.plane.across(offset)) > CLOSE * np.linalg.norm(offset):
         raise Unsupported(
             f"pymunk has no shapes beside one another: {first.name}, {second.name}"
         )
@@ -237,26 +270,31 @@ def _sliding(mechanism: Mechanism, links: Links, touch: Touch) -> float:
 
 
 def _factors(count: int, products: Mapping[tuple[int, int], float]) -> tuple[float, ...]:
-    """A factor for each surface, such that the product for each pair is the wanted one. If that is
-    not possible for all pairs, the first pairs have their products. In a pair whose factors are
-    both unknown, the surface that is in more pairs has the factor 1."""
+    """A factor for each of `count` surfaces, such that the factors of each pair have the wanted
+    product. If that is not possible for all pairs, the first pairs have their products. In a pair
+    whose factors are both unknown, the surface that is in more pairs has the factor 1."""
+    number_of_pairs = Counter(chain.from_iterable(products))
     factors = dict[int, float]()
-    for pair, value in products.items():
+    for pair, product in products.items():
         first, second = pair if pair[0] in factors else pair[::-1]
         if first not in factors:
-            first, second = sorted(pair, key=lambda n: -sum(n in other for other in products))
-        known = factors.setdefault(first, 1.0)
-        factors.setdefault(second, value / known if known else 1.0)
+            first, second = sorted(pair, key=lambda surface: -number_of_pairs[surface])
+        first_factor = factors.setdefault(first, 1.0)
+        factors.setdefault(second, product / first_factor if first_factor else 1.0)
     return tuple(factors.get(number, 1.0) for number in range(count))
 
 
 def _reach(
-    mechanism: Mechanism, links: Links, start: State, found: Sequence[Surface], size: float
+    mechanism: Mechanism, links: Links, start: State, surfaces: Sequence[Surface], size: float
 ) -> float:
     """The length of a floor to either side [m], beyond which no body gets within FLOOR_TIME."""
-    rates = [mechanism.joints[n].kind == "hinge" for n in range(len(start.qvel))]
-    speed = float(np.sum(np.abs(start.qvel) * np.where(rates, size, 1.0)))
-    floors = [surface.normal for surface in found if surface.normal]
+    turns = [joint.kind == "hinge" for joint in mechanism.joints]
+    speed = float(np.sum(np.abs(start.qvel) * np.where(turns, size, 1.0)))
     gravity = links.plane.flat(mechanism.gravity)
-    pull = max((abs((gravity * floor.conjugate()).imag) for floor in floors), default=0.0)
-    return FLOOR_TIME * speed + 0.5 * pull * FLOOR_TIME**2 + size
+    accelerations_along_floors = [
+        abs((gravity * surface.normal.conjugate()).imag)
+        for surface in surfaces
+        if surface.normal
+    ]
+    acceleration = max(accelerations_along_floors, default=0.0)
+    return FLOOR_TIME * speed + 0.5 * acceleration * FLOOR_TIME**2 + size
