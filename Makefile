@@ -31,8 +31,7 @@ test-long: .venv/.develop  ## mutations, the full profile, and a longer search b
 	$(BIN)/python -m plumbob.tests.validation.mutations
 	$(ALONE) $(BIN)/python -m plumbob.tests.commands.hostile
 	$(BIN)/python -m pytest --numprocesses auto --profile full --seed $$(date -u +%Y%m%d) \
-	  tests/validation tests/site tests/replay tests/closed_forms tests/three_points \
-	  tests/commands/test_ends.py $(ARGS)
+	  tests/validation tests/site tests/replay tests/closed_forms tests/three_points $(ARGS)
 	@$(PIP) --editable '.[robots]'
 	@$(PIP) --no-deps 'dm_control>=1.0'  # its model files: nothing of it is imported
 	$(BIN)/python -m pytest --numprocesses auto tests/audit --profile full $(ARGS)
@@ -78,10 +77,10 @@ clean:  ## remove .venv and everything that a build or a run leaves
 	@$(PIP) --editable '.[test,check]'
 	@touch $@ .venv/.run
 
-.venv/.heyoka: .venv/.develop
-	@echo "plumbob: installing heyoka and dask into .venv (once; some 250 MB)"
-	@$(PIP) --editable '.[heyoka,distributed]'
-	@touch $@
+.venv/.heyoka: .venv/.python
+	@echo "plumbob: installing plumbob, the tools of its tests, heyoka and dask into .venv (once; some 250 MB)"
+	@$(PIP) --editable '.[test,check,heyoka,distributed]'
+	@touch $@ .venv/.run .venv/.develop
 
 .venv/.peers: .venv/.develop
 	@echo "plumbob: installing the optional engines into .venv (once; some 1.4 GB, two to four minutes)"

@@ -213,6 +213,7 @@ def written(name, folder):
     return folder / f"{name}.xml"
 
 
+@pytest.mark.rare(keep=2)
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", SHOWN)
 def test_new_file_has_the_promised_error(name, tmp_path, monkeypatch, capsys):

@@ -68,11 +68,10 @@ def test_a_ball_that_just_passes_an_edge_meets_nothing(text, met):
     assert bool(course(text).events) == met
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.rare(keep=4)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("seed", CASES)
-def test_no_certificate_passes_over_what_steps_of_a_microsecond_touch(seed, pytestconfig):
-    if seed % 4 and pytestconfig.getoption("--profile") == "quick":
-        pytest.skip("in the full profile")
+def test_no_certificate_passes_over_what_steps_of_a_microsecond_touch(seed):
     own, motion = audited(seed)
     found = certified(own, motion, Allowance(BUDGET))
     known = motion.times[found.known]

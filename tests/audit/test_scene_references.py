@@ -99,6 +99,7 @@ def test_every_system_has_a_row():
     assert {*SYSTEMS} == {*built_in_systems()}
 
 
+@pytest.mark.rare(keep=20)  # without the plan, which takes as long as ten others
 @pytest.mark.long(keep=11)
 @pytest.mark.parametrize("name", [name for name in SYSTEMS if name not in LOOPS])
 def test_certified_answers_are_the_exact_ones(name):

@@ -214,22 +214,18 @@ def _older_audits():
     Path("deep.json").write_text("[" * 100_000, "utf-8")
 
 
+MARKS = MappingProxyType({"short": (), "long": pytest.mark.long, "rare": pytest.mark.rare})
 CALLS = [
-    pytest.param(words, code, marks=[] if length == "short" else pytest.mark.long)
+    pytest.param(words, code, marks=MARKS[length])
     for length, lines in CASES.items()
     for words, code in lines.items()
 ]
-# One in so many of the command lines that take long runs in the quick profile, all in the full one.
-TRIED = 4
-LATER = [words for k, words in enumerate(CASES["long"]) if k % TRIED]
 
 
 @pytest.mark.parametrize(("words", "code"), CALLS)
 def test_hostile_input_ends_with_a_code_and_leaves_nothing(
-    words, code, made, monkeypatch, capfd, pytestconfig
+    words, code, made, monkeypatch, capfd
 ):
-    if words in LATER and pytestconfig.getoption("--profile") == "quick":
-        pytest.skip("in the full profile")
     monkeypatch.chdir(made)
     monkeypatch.delitem(sys.modules, "policies", raising=False)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)

@@ -17,6 +17,8 @@ from plumbob.tests.support.extrapolation import tuples
 SMOOTH, EVENTS = 1e-9, 1e-7  # of scale
 KNOWN = 3e-8  # likewise: the error of poses with smoothed friction
 RECORDED = json.loads(Path(__file__).with_name("recorded.json").read_text("utf-8"))
+# Where a record takes seconds, `make test-long` alone has the second and third of a system.
+SLOW = ("four-bar", "n-pendulum", "capsule-plan")
 mpmath.mp.dps = 40
 
 
@@ -32,8 +34,19 @@ def agrees(found, name, exact, scale, within, known=1e-16):
     return ""
 
 
+def _cases():
+    """The recorded derivatives as cases of a test."""
+    systems_before = []
+    for record in RECORDED:
+        system = record["scene"].partition("/")[0]
+        again = system in SLOW and system in systems_before
+        systems_before.append(system)
+        marks = pytest.mark.rare if again else ()
+        yield pytest.param(record, id=record["scene"], marks=marks)
+
+
 @pytest.mark.long(keep=7)
-@pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["scene"])
+@pytest.mark.parametrize("record", [*_cases()])
 def test_recorded_derivatives(record):
     """Smooth motions, by every parameter at three random sets of them; turns, coasts and plans
     through their stops and pivots, and at rest."""

@@ -55,6 +55,7 @@ def by_richardson(case, parameter, times, names):
     return zip(names, best, errors, strict=True)
 
 
+@pytest.mark.rare(keep=1)
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "by"), EVENTFUL, ids=[name for name, _ in EVENTFUL])
 def test_derivatives_through_events(name, by):

@@ -39,6 +39,7 @@ def test_runs_take_the_predicted_time_to_be_wrong(scene, method):
     assert judged.found.predicted is not None
 
 
+@pytest.mark.rare(keep=2)
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("scene", "method"),
