@@ -37,6 +37,7 @@ COMMANDS = (
     "releases",
     "sweep",
     "worst",
+    "merge",
     "identify",
     "plan",
     "view",

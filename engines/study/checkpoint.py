@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
@@ -15,10 +15,13 @@ from typing import Any
 
 from plumbob.engines.study import store
 from plumbob.engines.study.codec import unstructured
+from plumbob.engines.study.provenance import result_versions
 from plumbob.engines.study.results import Study, TaskResult
+from plumbob.engines.study.shard import MeasuredShard, Shard
 from plumbob.engines.study.store_file import create, writing
 
 SOURCES = ("analytic", "models", "engines")  # folders whose files change results
+WHOLE = "whole"  # key of the list of results of the study to which a shard belongs
 Note = Callable[[str], None]
 
 
@@ -52,8 +55,17 @@ class Checkpoint:
     def complete(self, study: Study, results: Mapping[str, TaskResult]) -> None:
         """Completes the study: it has these results and no others. If some were given up, the same
         command tries them again."""
-        self.given_up = tuple(f"{r.label}: {r.lost}" for r in results.values() if r.lost)
+        self.given_up = _given_up(results)
         store.complete(self._store, self.number, study, results, bool(self.given_up))
+
+    def complete_shard(
+        self, shard: MeasuredShard, whole: store.Listed, results: Mapping[str, TaskResult]
+    ) -> None:
+        """Stores that a shard is measured to its end with these results, and the list of the whole
+        study. If some results were given up, the same command tries them again."""
+        self.given_up = _given_up(results)
+        store.keep(self._store, self.number, {WHOLE: whole})
+        store.keep_shard(self._store, self.number, shard)
 
 
 class SharedResults(Checkpoint):
@@ -80,6 +92,16 @@ class SharedResults(Checkpoint):
 
     def complete(self, study: Study, results: Mapping[str, TaskResult]) -> None:
         """Does nothing: shared results belong to no study."""
+
+
+def _given_up(results: Mapping[str, TaskResult]) -> tuple[str, ...]:
+    """The tasks that were given up, each with its reason."""
+    return tuple(f"{result.label}: {result.lost}" for result in results.values() if result.lost)
+
+
+def measured_shard(shard: Shard, plan: str, keys: Iterable[str]) -> MeasuredShard:
+    """The record of a shard that this process has measured, with the keys of its results."""
+    return MeasuredShard(shard, plan, key_of(), result_versions(), tuple(keys))
 
 
 @contextmanager

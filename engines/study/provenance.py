@@ -41,6 +41,7 @@ OF_ENGINES = MappingProxyType(
 )
 """Distributions of engines whose distribution has another name than their package."""
 NOT_INSTALLED = "not installed"
+UNLIKE = ("plotly",)  # packages whose versions do not change results
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,12 @@ def provenance(command: str) -> Provenance:
     versions |= added_versions()
     date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return Provenance(versions, machine(), date, command)
+
+
+def result_versions() -> Mapping[str, str]:
+    """The versions of all packages of this process on which results depend."""
+    versions = provenance("").versions
+    return {name: version for name, version in versions.items() if name not in UNLIKE}
 
 
 def versions_of(method: Method) -> Mapping[str, str]:

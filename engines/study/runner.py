@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import replace
@@ -14,7 +14,7 @@ from typing import Any
 
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import find_engine
-from plumbob.engines.study.checkpoint import Checkpoint, key_of, measured_into
+from plumbob.engines.study.checkpoint import Checkpoint, key_of, measured_into, measured_shard
 from plumbob.engines.study.convergence import (
     SEED,
     ConvergenceStudy,
@@ -30,7 +30,15 @@ from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
 from plumbob.engines.study.request import Request, RunRequest, work_of
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled_study
-from plumbob.engines.study.scheduler import PREDICTED, Progress, study_task, worked_out
+from plumbob.engines.study.scheduler import (
+    PREDICTED,
+    Progress,
+    study_task,
+    work_by_group,
+    worked_out,
+)
+from plumbob.engines.study.shard import Shard
+from plumbob.engines.study.store import Listed
 from plumbob.engines.workers import Task, Workers, workers_of
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
@@ -59,6 +67,7 @@ def run_study(
     kept: Checkpoint | None = None,
     seed: int = SEED,
     analyse: Analyse = lambda study, workers: (),
+    shard: Shard | None = None,
 ) -> Study:
     """Measures every method on every scene, answers the `requests`, and returns the study.
 
@@ -70,22 +79,22 @@ def run_study(
     - `kept`: stores each result at once; results that it holds are not measured again.
     - `seed`: draws one more step for each pair.
     - `analyse`: computes the numbers of findings.
+    - `shard`: measures only this shard's scenes, and computes no findings.
 
     Tasks that crash or time out twice are "missing"."""
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
-    chosen = pairs(scenes, methods)
+    pair_count = len(pairs(scenes, methods))
     opened = measured_into(None) if kept is None else nullcontext(kept)
     with workers_of(jobs) as workers, opened as kept:
-        if executor is None and min(workers.count, len(chosen)) > 1:
-            workers.begin(len(chosen), __name__)
-        asked = tuple(dict.fromkeys(requests(plan)))
-        errors = [convergence_task(*pair, profile, seed) for pair in chosen]
-        errors += [_extra_task(request, plan) for request in asked if not request.timed]
-        trims = [_extra_task(request, plan) for request in asked if request.timed]
-        goes_on = kept.begin(
-            key_of(profile, timed, plan.scenes, plan.methods, seed),
-            [task.key for task in (*errors, *trims)],
-        )
+        if executor is None and min(workers.count, pair_count) > 1:
+            workers.begin(pair_count, __name__)
+        errors, trims = _tasks(plan, requests(plan), seed)
+        every_task = (*errors, *trims)
+        if shard is not None:
+            groups = shard.parts(work_by_group(every_task))
+            errors, trims = (_in_groups(tasks, groups) for tasks in (errors, trims))
+        plan_key = key_of(profile, timed, plan.scenes, plan.methods, seed)
+        goes_on = kept.begin(plan_key, [task.key for task in (*errors, *trims)])
         # A study that is resumed, or an engine of another package, may end the process that runs
         # it.
         elsewhere = goes_on or any(find_engine(m.engine).distribution for m in plan.methods)
@@ -98,11 +107,46 @@ def run_study(
         head = Study(
             profile, plan.scenes, plan.methods, provenance=provenance(command), seed=seed
         )
-        study = replace(head, reference_step=_reference_step(found.values()))
-        study = assembled_study(study.described(), found.values())
-        progress("analyses", 0, 0)
-        study = replace(study, analyses=analyse(study, workers))
-        kept.complete(study, found)
+        if shard is not None:
+            listed = tuple((task.key, task.instead("").scene) for task in every_task)
+            shared_plan = key_of(plan_key, [task.label for task in every_task])
+            measured = measured_shard(shard, shared_plan, found)
+            kept.complete_shard(measured, Listed(head, listed), found)
+            return assembled_study(head, found.values())
+        return complete_study(head, found, kept, workers, analyse, progress)
+
+
+def _tasks(
+    plan: StudyPlan, requests: Sequence[Request[Any]], seed: int
+) -> tuple[list[Task], list[Task]]:
+    """The tasks of a plan but its costs: those that run side by side, and those that are timed."""
+    asked = tuple(dict.fromkeys(requests))
+    errors = [
+        convergence_task(*pair, plan.profile, seed) for pair in pairs(plan.scenes, plan.methods)
+    ]
+    errors += [_extra_task(request, plan) for request in asked if not request.timed]
+    return errors, [_extra_task(request, plan) for request in asked if request.timed]
+
+
+def _in_groups(tasks: Sequence[Task], groups: Collection[str]) -> list[Task]:
+    """The tasks whose groups are among `groups`."""
+    return [task for task in tasks if task.group in groups]
+
+
+def complete_study(
+    head: Study,
+    results: Mapping[str, TaskResult],
+    kept: Checkpoint,
+    workers: Workers,
+    analyse: Analyse,
+    progress: Progress = lambda what, done, total: None,
+) -> Study:
+    """Returns the study `head` with its results and the numbers of its findings, and stores it."""
+    study = replace(head, reference_step=_reference_step(results.values()))
+    study = assembled_study(study.described(), results.values())
+    progress("analyses", 0, 0)
+    study = replace(study, analyses=analyse(study, workers))
+    kept.complete(study, results)
     return study
 
 

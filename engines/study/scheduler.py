@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
@@ -87,7 +87,13 @@ def worked_out(
 def _in_order(tasks: Sequence[Task]) -> list[Task]:
     """The tasks by group, the groups with most work first, so that no worker is left alone with a
     long group at the end."""
+    work = work_by_group(tasks)
+    return sorted(tasks, key=lambda task: (-work[task.group], task.group, -task.limit))
+
+
+def work_by_group(tasks: Iterable[Task]) -> Mapping[str, float]:
+    """The predicted work of each group of tasks, in seconds of processor time at most."""
     work = defaultdict[str, float](float)
     for task in tasks:
         work[task.group] += task.limit - SPARE_SECONDS
-    return sorted(tasks, key=lambda task: (-work[task.group], task.group, -task.limit))
+    return work

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled_study, coherent
+from plumbob.engines.study.shard import MeasuredShard
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
@@ -29,6 +30,7 @@ __all__ = ["FILE", "SCHEMA", "load"]
 Result = TypeVar("Result")
 ANALYSIS = "analysis "  # beginning of the keys of analyses
 STUDY, PLAN = "study", "plan"  # keys of the rows with a study's list and plan
+SHARD_KEY = "shard "  # beginning of the keys of measured shards
 # A damaged row may hold a text, or the largest integer, as the number of its study.
 NUMBERED = "typeof(study) = 'integer' and study between 1 and 1000000000000"
 
@@ -114,6 +116,30 @@ def stored_results(
             if body is not None:
                 found[key] = from_json(body, kind)
     return found
+
+
+def keep_shard(store: Connection, number: int, shard: MeasuredShard) -> None:
+    """Stores that a shard of a study or of a sweep is measured to its end."""
+    keep(store, number, {f"{SHARD_KEY}{shard.shard}": shard})
+
+
+def newest_shards(store: Connection) -> tuple[int, list[MeasuredShard]]:
+    """Returns the number of the newest study or sweep that has shards measured to their ends, and
+    these shards; 0 and no shards if there is none."""
+    query = f"select study, key from result where key glob 'shard *' and {NUMBERED}"
+    rows: list[tuple[int, str]] = store.execute(query).fetchall()
+    newest = max((number for number, _ in rows), default=0)
+    keys = sorted(key for number, key in rows if number == newest)
+    return newest, list(stored_results(store, newest, keys, MeasuredShard).values())
+
+
+def has_shards(file: Path) -> bool:
+    """Returns whether a store exists and holds shards that are measured to their ends. Raises
+    ParameterError if it cannot be read."""
+    if not os.path.lexists(file):
+        return False
+    with reading_connection(file) as store:
+        return bool(newest_shards(store)[1])
 
 
 def numbers_with(store: Connection, key: str) -> list[int]:

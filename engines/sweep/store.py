@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from plumbob.engines.study import store
-from plumbob.engines.study.checkpoint import key_of
+from plumbob.engines.study.checkpoint import key_of, measured_shard
 from plumbob.engines.study.provenance import versions_of
+from plumbob.engines.study.shard import MeasuredShard, Shard, check_shards, damaged_shard
 from plumbob.engines.study.store_file import reading_connection, writing
 from plumbob.engines.sweep.sweep import Chunk, Keep, Sweep, Swept, assembled_sweep
 from plumbob.engines.sweep.worst import Found
@@ -20,6 +22,16 @@ REQUEST = "sweep"  # key of the row with the sweep that was asked for
 def key_of_sweep(asked: Sweep) -> str:
     """The key of a sweep: a hash of everything on which its results depend."""
     return key_of("sweep", asked, [versions_of(method) for method in asked.methods])
+
+
+@dataclass(frozen=True)
+class _SweepShard:
+    """A stored shard of a sweep."""
+
+    folder: Path
+    measured: MeasuredShard
+    asked: Sweep  # the whole sweep
+    chunks: Mapping[str, Chunk]
 
 
 @contextmanager
@@ -52,6 +64,46 @@ def stored_sweeps(file: Path) -> list[Swept]:
                 by_number = {int(key): chunk for key, chunk in chunks.items()}
                 sweeps.append(assembled_sweep(asked, by_number))
     return sweeps
+
+
+def keep_sweep_shard(file: Path, asked: Sweep, shard: Shard, chunks: Collection[int]) -> None:
+    """Stores that a shard of a sweep, which consists of these chunks, is measured to its end."""
+    key = key_of_sweep(asked)
+    with writing(file) as opened:
+        number, _ = store.study_number(opened, key)
+        keys = map(str, sorted(chunks))
+        store.keep_shard(opened, number, measured_shard(shard, key, keys))
+
+
+def merged_sweep(folders: Sequence[Path], out: Path) -> tuple[Swept, str]:
+    """Returns the sweep whose shards are stored in `folders`, and its key; stores it in the folder
+    `out`. Raises ParameterError if the shards do not make up one sweep."""
+    shards = [shard for folder in folders for shard in _sweep_shards(folder)]
+    check_shards([(shard.folder, shard.measured) for shard in shards], key_of())
+    asked, key = shards[0].asked, shards[0].measured.plan
+    chunks = dict[int, Chunk]()
+    for shard in shards:
+        chunks |= {int(number): chunk for number, chunk in shard.chunks.items()}
+    with writing(out / FILE) as opened:
+        number, _ = store.study_number(opened, key)
+        by_key = {str(place): chunks[place] for place in sorted(chunks)}
+        store.keep(opened, number, {REQUEST: asked, **by_key})
+    return assembled_sweep(asked, chunks), key
+
+
+def _sweep_shards(folder: Path) -> list[_SweepShard]:
+    """Returns the shards of the newest sweep in a folder. Raises ParameterError if one is
+    damaged."""
+    shards = []
+    with reading_connection(folder / FILE) as opened:
+        number, measured_shards = store.newest_shards(opened)
+        asked = store.stored_results(opened, number, (REQUEST,), Sweep).get(REQUEST)
+        for measured in measured_shards:
+            chunks = store.stored_results(opened, number, measured.keys, Chunk)
+            if asked is None or len(chunks) < len(measured.keys):
+                raise damaged_shard(folder, measured.shard)
+            shards.append(_SweepShard(folder, measured, asked, chunks))
+    return shards
 
 
 def keep_worst(file: Path, found: Found) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
@@ -91,10 +91,15 @@ SweepProgress = Callable[[int, int], None]  # number of points done, number of a
 
 
 def sweep_of(
-    box: Box, counts: Sequence[int], methods: Sequence[Method], steps: Sequence[float]
+    box: Box,
+    counts: Sequence[int],
+    methods: Sequence[Method],
+    steps: Sequence[float],
+    shards: int = 1,
 ) -> Sweep:
-    """The sweep of a box. Raises ParameterError if a method is not meant for the scene or its
-    engine is missing, if steps and tolerances are mixed, or if there are too many points."""
+    """The sweep of a box, with a chunk for each of the `shards` if it has as many points. Raises
+    ParameterError if a method is not meant for the scene or its engine is missing, if steps and
+    tolerances are mixed, or if there are too many points."""
     runnable(box, methods)
     if len({method.control for method in methods}) > 1:
         raise ParameterError(
@@ -106,7 +111,7 @@ def sweep_of(
     if math.prod(counts) * each > MAX_SWEEP_RUNS:
         most = MAX_SWEEP_RUNS // each
         raise ParameterError("vary", math.prod(counts), f"at most {most} points in all")
-    chunk = max(CHUNK_RUNS // each, 1)
+    chunk = max(min(CHUNK_RUNS // each, math.prod(counts) // shards), 1)
     return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
 
 
@@ -132,10 +137,12 @@ def sweep(
     jobs: int = 1,
     executor: Executor | None = None,
     progress: SweepProgress = lambda done, of: None,
+    chunks: Collection[int] | None = None,
 ) -> Swept:
     """Runs the chunks of a sweep that are not among the stored ones, `there`, in `jobs` processes
-    or by `executor`. Each chunk is given to `keep` when it is done. A chunk whose worker ends twice
-    is lost. Raises ParameterError if no point has an error."""
+    or by `executor`; of all chunks, only those with the numbers `chunks` if they are given. Each
+    chunk is given to `keep` when it is done. A chunk whose worker ends twice is lost. Raises
+    ParameterError if all chunks are run and no point has an error."""
     errors = np.full((len(asked.methods), len(asked.steps), asked.points), math.nan)
     reasons: Counter[str] = Counter()
     lost: dict[int, str] = {}
@@ -153,7 +160,7 @@ def sweep(
         placed(number, found)
     tasks = [
         Task(number, chunk_of, (asked, number), LONGEST_CHUNK)
-        for number in range(asked.chunks)
+        for number in (range(asked.chunks) if chunks is None else sorted(chunks))
         if number not in there
     ]
     with Workers(min(jobs, len(tasks))) as workers:
@@ -164,7 +171,7 @@ def sweep(
             else:
                 keep(task.key, found)
                 placed(task.key, found)
-    if np.isnan(errors).all() and not lost:
+    if chunks is None and np.isnan(errors).all() and not lost:
         why = reasons.most_common(1)[0][0] if reasons else "nothing was run"
         names = [side.name for side in asked.box.sides]
         raise ParameterError("vary", names, f"such that an error exists ({why})")

@@ -51,6 +51,13 @@ from plumbob.reports.commands.shared.several_audits import (
     page_names,
     refused_row,
 )
+from plumbob.reports.commands.shared.shards import (
+    audit_shard_file,
+    check_shard_options,
+    print_shard,
+    shard_of_files,
+    write_audit_shard,
+)
 from plumbob.reports.records.plain_data import json_text
 from plumbob.reports.view.audit.html import audit_html
 from plumbob.reports.view.audit.page import (
@@ -111,6 +118,17 @@ IN_ALL_LINES = (
 )
 CONTACT_OPTIONS = ("body", "speed", "friction")
 HOLDS_OPTIONS = ("holds_body", "creep_within")
+# Options that all shards of the audits of several models have to share.
+SHARED_BY_SHARDS = (
+    *(name for name in MOTION_OPTIONS if name != "jobs"),
+    *CONTACT_OPTIONS,
+    *HOLDS_OPTIONS,
+    "keyframe",
+    "contacts",
+    "holds",
+    "absolute",
+    "fail_above",
+)
 FILE_OPTIONS = (
     "model",
     "keyframe",
@@ -139,6 +157,7 @@ def command(chosen: argparse.Namespace) -> int:
     a stability or a reference that the user asks for is missed."""
     from plumbob.reports.commands.arguments.console import progress
 
+    check_shard_options(chosen)
     _check_arguments(chosen)
     files: list[Path] | None = None
     skipped: list[Path] = []
@@ -152,7 +171,12 @@ def command(chosen: argparse.Namespace) -> int:
             values.print_json([])
         return 0
     chosen.alone = files is None
+    if chosen.shard and files is None:
+        raise ParameterError("shard", str(chosen.shard), "left out with a single model")
     models = files or [Path(chosen.gym or chosen.model[0])]
+    if chosen.shard and files:
+        shard_file = audit_shard_file(chosen.shard, chosen.out)
+        files = shard_of_files(chosen.shard, files)
     began = time.time()
     audit_row = partial(_audit_row, chosen=chosen, pages=_page_files(chosen, models))
     _note_skipped(skipped)
@@ -176,9 +200,14 @@ def command(chosen: argparse.Namespace) -> int:
             if not chosen.alone:
                 show(f"{row.path} audited", len(finished), len(models))
     sorted_rows = several_audits.sorted_rows(finished)
-    _write_files(sorted_rows, chosen, began)
-    _print_rows(sorted_rows, chosen)
-    return max(row.code for row in finished)
+    if chosen.shard:
+        options = {name: getattr(chosen, name) for name in SHARED_BY_SHARDS}
+        write_audit_shard(shard_file, chosen.shard, sorted_rows, models, options)
+        print_shard(chosen, len(sorted_rows), "model")
+    else:
+        several_audits.write_table(sorted_rows, chosen, began)
+        several_audits.print_rows(sorted_rows, chosen)
+    return max((row.code for row in finished), default=0)
 
 
 def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str, str]:
@@ -236,51 +265,6 @@ def _with_given_names(audit: Audit, chosen: argparse.Namespace) -> Audit:
     its control. The control of a policy keeps the name that the audit gives it."""
     control = control_name(chosen.ctrl) if chosen.policy is None else audit.control
     return replace(audit, name=chosen.gym or audit.name, control=control)
-
-
-def _write_files(rows: Sequence[Row], chosen: argparse.Namespace, began: float) -> None:
-    """Writes the page of the table, the JUnit file and the badge that the user asks for, and prints
-    where the page is. The audits began at the time `began` [s]."""
-    if chosen.out is not None:
-        out = Path(chosen.out)
-        if not chosen.alone:
-            seconds = time.time() - began
-            page_file = several_audits.write_page(rows, out, chosen.line, seconds)
-            print(page_file, file=sys.stderr)
-        elif rows[0].page:
-            print(out / rows[0].page, file=sys.stderr)
-    if chosen.junitxml:
-        several_audits.write_junit(Path(chosen.junitxml), rows, began)
-    if chosen.badge:
-        several_audits.write_badge(Path(chosen.badge), rows, chosen.absolute is not None)
-
-
-def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
-    """Prints the audit if there is one model, else the table of all; on stderr, the workflow
-    commands and what is missed."""
-    alone = chosen.alone
-    if values.as_table(chosen):
-        values.print_table(
-            chosen, audit_columns([{**row.data, "path": row.path} for row in rows])
-        )
-    elif not alone and chosen.json:
-        values.print_json([{**row.data, "path": row.path} for row in rows])
-    elif chosen.json and rows[0].lines:
-        values.print_json(rows[0].data)
-    elif alone:
-        # The first line of a motion's audit is printed before the audit begins.
-        first = 0 if chosen.contacts or chosen.holds else 1
-        for line in (rows[0].short or rows[0].lines)[first:]:
-            print(line)
-    else:
-        for line in several_audits.table_lines(rows):
-            print(line)
-    if chosen.github:
-        for row in rows:
-            print(*several_audits.workflow_commands(row), sep="\n", file=sys.stderr)
-    for row in rows:
-        if row.missed or (alone and row.code):
-            print("plumbob:", *(row.missed or row.says).split(), file=sys.stderr)
 
 
 def _check_arguments(chosen: argparse.Namespace) -> None:

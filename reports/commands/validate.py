@@ -9,30 +9,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import USER_METHOD, Method
+from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
-from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.json_records import study_records
-from plumbob.reports.advice.user_settings import user_results
-from plumbob.reports.columns.study_columns import StudyColumns
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
-from plumbob.reports.judge.searches import judged_searches, unexpected_searches
-from plumbob.reports.judge.study_verdicts import Judgements, judge_study
-from plumbob.reports.records.page_records import records_of
-from plumbob.reports.view.junit import write_study_junit
-from plumbob.reports.view.method_results import Results, results_of
+from plumbob.reports.commands.shared.shards import (
+    check_shard_options,
+    print_shard,
+    whole_command,
+)
+from plumbob.reports.commands.shared.study_answer import analyse_into, print_study
+from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view.own_files import check_replaceable
 
 if TYPE_CHECKING:
@@ -43,6 +41,7 @@ INCOMPLETE = 3
 
 def command(chosen: argparse.Namespace) -> int:
     """Measures the scenes with the methods, prints the verdicts and writes the pages."""
+    check_shard_options(chosen)
     scenes = find_scenes(chosen.scenes or (LIKE_SCENES if chosen.like else "*"), chosen.profile)
     methods = _methods(chosen.methods, chosen.like)
     if chosen.like:
@@ -61,17 +60,13 @@ def _measure_and_report(
     jobs: int,
 ) -> int:
     """Measures the scenes with the methods, prints the verdicts and writes the pages. Errors are
-    measured by the `executor` if there is one, else in `jobs` processes. Returns the exit code."""
-    from plumbob.reports.analyses import analyses_of, requests
+    measured by the `executor` if there is one, else in `jobs` processes. Of a shard, the results
+    are stored alone. Returns the exit code."""
+    from plumbob.reports.analyses import requests
     from plumbob.reports.analyses.engines.gradients import with_each_pair
     from plumbob.reports.view.site.writing import check_site_replaceable
 
-    judged: list[Judgements] = []  # one element, for the analyses and the terminal
-
-    def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
-        judged.append(judge_study(study, chosen.within))
-        return analyses_of(study, workers, judged[0])
-
+    judged = list[Judgements]()  # one element, for the analyses and the terminal
     junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     check_site_replaceable("out", Path(chosen.out))
     out = writable_folder("out", Path(chosen.out))
@@ -91,10 +86,11 @@ def _measure_and_report(
                     executor,
                     progress=show,
                     requests=with_each_pair(requests) if chosen.gradients else requests,
-                    command=chosen.line,
+                    command=whole_command(chosen.line) if chosen.shard else chosen.line,
                     kept=checkpoint,
                     seed=chosen.seed or SEED,
-                    analyse=analyse,
+                    analyse=analyse_into(judged, chosen.within),
+                    shard=chosen.shard,
                 )
             except BaseException as error:
                 error.add_note(
@@ -103,47 +99,18 @@ def _measure_and_report(
                 raise
         for task in checkpoint.given_up:
             note(f"given up: {task}; the same command tries it again")
+        if chosen.shard:
+            lost = len(checkpoint.given_up)
+            print_shard(chosen, len(study.convergence), "pair", lost)
+            return INCOMPLETE if lost else 0
         number = checkpoint.number
         try:
-            code = _print_and_write(chosen, out, study, junit, judged[0])
+            code = print_study(chosen, out, study, junit, judged[0])
             return code or (INCOMPLETE if checkpoint.given_up else 0)
         except BaseException as error:
             report = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
             error.add_note(f"the study is stored: `{report}` draws its page")
             raise
-
-
-def _print_and_write(
-    chosen: argparse.Namespace,
-    out: Path,
-    study: Study,
-    junit: Path | None,
-    judged: Judgements,
-) -> int:
-    """Writes the pages of the study and the JUnit file if there is one, and prints the verdicts.
-    Returns the exit code."""
-    from plumbob.reports.view.site.writing import write_study_pages
-    from plumbob.reports.view.terminal import study_values
-    from plumbob.reports.view.user_settings import cost_factor
-
-    user_rows = user_results(study, judged)
-    page = write_study_pages(study, out)
-    results = results_of(study, records_of(study))
-    if junit:
-        write_study_junit(junit, study, results)
-    tables = StudyColumns(study, judged)
-    values.show(
-        chosen,
-        study_records(study, judged, user_rows),
-        "study",
-        columns=lambda: tables.errors if chosen.csv else tables.pairs,
-        **study_values(study, results, chosen.verbose),
-        page=page,
-        results=user_rows,
-        like=chosen.like,
-        factor=cost_factor,
-    )
-    return exit_code(study, results)
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
@@ -168,17 +135,3 @@ def _no_runs(scenes: Sequence[Scene], methods: Sequence[Method]) -> ParameterErr
     advice = f", such as {', '.join(usable)}" if usable else ""
     names = ", ".join(method.name for method in methods)
     return ParameterError("methods", names, f"methods that are meant for these scenes{advice}")
-
-
-def exit_code(study: Study, results: Results) -> int:
-    """Returns 1 if a verdict is not as expected; else 3 if an engine is missing or the user's own
-    settings ran nothing; else 0."""
-    meanings = {result.meaning for result in results.values()}
-    if unexpected_searches(judged_searches(study)) or "unexpected" in meanings:
-        return 1
-    verdicts = {result.judged.verdict for result in results.values()}
-    user_verdicts = {
-        result.judged.verdict for result in results.values() if result.name == USER_METHOD
-    }
-    user_ran_nothing = user_verdicts and user_verdicts <= {"unsupported", "missing"}
-    return INCOMPLETE if user_ran_nothing or "missing" in verdicts else 0

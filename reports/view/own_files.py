@@ -12,11 +12,13 @@ from plumbob.analytic.parameters import ParameterError
 FILE_LIST = "files.txt"  # names of all files in a folder of pages, one per line
 HEAD = 4096  # [bytes] length of the beginning of a file that holds the mark
 # Every version's page has a content security policy, and plumbob in its title. A JUnit file names
-# its suite, a badge its label, and the record of an audit begins with the model and its integrator.
+# its suite, a badge its label, the record of an audit begins with the model and its integrator, a
+# shard of audits with its number.
 OWN_FILE_MARK = re.compile(
     rb"""content="default-src 'none';[^<]*>.*<title>[^<]*plumbob|<testsuite name="plumbob"|"""
     rb"""\A\{"schemaVersion": 1, "label": "simulation error\"|"""
-    rb"""\A\{\n "model": "[^\n]*",\n "integrator": \"""",
+    rb"""\A\{\n "model": "[^\n]*",\n "integrator": \"|"""
+    rb"""\A\{"measured": \{"shard": \{"number": """,
     re.DOTALL,
 )
 LOADED_FILE = re.compile(r"[\"/]([^\"/]+\.(?:js|css|svg|png))\"")  # a file that a page loads

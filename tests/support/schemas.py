@@ -1,20 +1,27 @@
 """JSON that commands print, held against their schemas."""
 
 import json
+import re
 import sys
 from functools import cache
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
+from referencing import Registry, Resource
 
 from plumbob.reports.commands.list_ import SCHEMAS
 from plumbob.reports.records.plain_data import FOR_JSON, plain
+
+COMMAND = re.compile(r"plumbob\.reports\.commands\.\w+")  # the module of a command
 
 
 @cache
 def validator(command):
     """Of what a command prints."""
-    return Draft202012Validator(json.loads((SCHEMAS / f"{command}.json").read_text("utf-8")))
+    schemas = {file.name: json.loads(file.read_text("utf-8")) for file in SCHEMAS.iterdir()}
+    names = [(name, Resource.from_contents(schema)) for name, schema in schemas.items()]
+    registry = Registry().with_resources(names)
+    return Draft202012Validator(schemas[f"{command}.json"], registry=registry)
 
 
 def misses(command, value):
@@ -28,7 +35,8 @@ def held(print_json):
 
     def holding(value):
         frame = sys._getframe(1)
-        if frame.f_code.co_name == "show":  # on behalf of a command
+        # The functions of other folders print on behalf of a command.
+        while not COMMAND.fullmatch(frame.f_globals["__name__"]):
             frame = frame.f_back
         name = frame.f_globals["__name__"].rpartition(".")[2].replace("_", "-")
         assert not misses(name, value), misses(name, value)[:500]

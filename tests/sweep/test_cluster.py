@@ -62,7 +62,8 @@ def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers):
 
 @pytest.mark.long
 def test_workers_with_other_versions_are_refused(workers, monkeypatch):
-    monkeypatch.setattr(module, "provenance", lambda command: replace(_now, versions=_older))
+    older = replace(_now, versions=_older)
+    monkeypatch.setattr("plumbob.engines.study.provenance.provenance", lambda command: older)
     with pytest.raises(ParameterError, match=r"have mujoco 2\.0\.0, as here, not"):
         module.cluster(workers.scheduler_address).__enter__()
 

@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,10 +31,14 @@ if TYPE_CHECKING:
 
     from plumbob.engines.box import Side
     from plumbob.engines.method import Method
+    from plumbob.engines.study.shard import Shard
     from plumbob.models.scene import Scene
     from plumbob.reports.columns.columns import Columns
 
 T = TypeVar("T")
+SHARD_TEXT = re.compile(
+    r"([1-9][0-9]{0,3})/([1-9][0-9]{0,3})"
+)  # array jobs have some thousands
 REPRESENTABLE = "such that double precision holds the exact solution"
 
 
@@ -69,6 +74,16 @@ def count(name: str, text: str, least: int = 1) -> int:
     ):
         raise ParameterError(name, text, f"a whole number, {least} or more")
     return int(text)
+
+
+def shard(name: str, text: str) -> Shard:
+    """Returns K/N as shard K of N, from 1 to N. Raises ParameterError."""
+    from plumbob.engines.study.shard import Shard
+
+    match = SHARD_TEXT.fullmatch(text)
+    if not match or int(match[1]) > int(match[2]):
+        raise ParameterError(name, text, "K/N, such as 2/5: part K of N parts, 1 to 9999")
+    return Shard(int(match[1]), int(match[2]))
 
 
 def fraction(name: str, text: str) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import glob
 import json
 import math
 import os
 import re
+import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -19,6 +22,8 @@ from xml.etree import ElementTree
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.border import must_be, regular_file
+from plumbob.reports.columns.audit_columns import audit_columns
+from plumbob.reports.commands.arguments import values
 from plumbob.reports.view.audit.html import AuditPage, audit_html
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import read_findings as worded
@@ -162,7 +167,7 @@ def audit_rows(
 
     largest_first = sorted(files, key=size, reverse=True)
     tasks = [Task(path, audit_row, (path,), limit, label=str(path)) for path in largest_first]
-    with Workers(min(jobs, len(tasks))) as workers:
+    with Workers(min(jobs, max(len(tasks), 1))) as workers:
         for task, row in workers.results(tasks):
             path = str(task.key)
             if isinstance(row, Lost):
@@ -290,3 +295,48 @@ def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
         cases.append(JunitCase("plumbob.audit", name, row.seconds, properties, *outcome))
     date = datetime.fromtimestamp(began, UTC).strftime("%Y-%m-%dT%H:%M:%S")
     write_cases(file, cases, sum(row.seconds for row in rows), date)
+
+
+def write_table(rows: Sequence[Row], chosen: argparse.Namespace, began: float) -> None:
+    """Writes the page of the table, the JUnit file and the badge that the user asks for, and prints
+    where the page is. The audits began at the time `began` [s]."""
+    if chosen.out is not None:
+        out = Path(chosen.out)
+        if not chosen.alone:
+            seconds = time.time() - began
+            page_file = write_page(rows, out, chosen.line, seconds)
+            print(page_file, file=sys.stderr)
+        elif rows[0].page:
+            print(out / rows[0].page, file=sys.stderr)
+    if chosen.junitxml:
+        write_junit(Path(chosen.junitxml), rows, began)
+    if chosen.badge:
+        write_badge(Path(chosen.badge), rows, chosen.absolute is not None)
+
+
+def print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
+    """Prints the audit if there is one model, else the table of all; on stderr, the workflow
+    commands and what is missed."""
+    alone = chosen.alone
+    if values.as_table(chosen):
+        values.print_table(
+            chosen, audit_columns([{**row.data, "path": row.path} for row in rows])
+        )
+    elif not alone and chosen.json:
+        values.print_json([{**row.data, "path": row.path} for row in rows])
+    elif chosen.json and rows[0].lines:
+        values.print_json(rows[0].data)
+    elif alone:
+        # The first line of a motion's audit is printed before the audit begins.
+        first = 0 if chosen.contacts or chosen.holds else 1
+        for line in (rows[0].short or rows[0].lines)[first:]:
+            print(line)
+    else:
+        for line in table_lines(rows):
+            print(line)
+    if chosen.github:
+        for row in rows:
+            print(*workflow_commands(row), sep="\n", file=sys.stderr)
+    for row in rows:
+        if row.missed or (alone and row.code):
+            print("plumbob:", *(row.missed or row.says).split(), file=sys.stderr)

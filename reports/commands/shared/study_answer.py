@@ -1,0 +1,81 @@
+"""Answer of a command that measures or merges a study: analyses, verdicts, pages and exit code."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from plumbob.engines.method import USER_METHOD
+from plumbob.engines.study.results import Analysed, Study
+from plumbob.engines.study.runner import Analyse
+from plumbob.engines.workers import Workers
+from plumbob.reports.advice.json_records import study_records
+from plumbob.reports.advice.user_settings import user_results
+from plumbob.reports.columns.study_columns import StudyColumns
+from plumbob.reports.commands.arguments import values
+from plumbob.reports.judge.searches import judged_searches, unexpected_searches
+from plumbob.reports.judge.study_verdicts import Judgements, judge_study
+from plumbob.reports.records.page_records import records_of
+from plumbob.reports.view.junit import write_study_junit
+from plumbob.reports.view.method_results import Results, results_of
+
+INCOMPLETE = 3
+
+
+def analyse_into(judged: list[Judgements], within: float | None) -> Analyse:
+    """Returns the function that analyses a study and adds the study's verdicts to `judged`."""
+
+    def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
+        from plumbob.reports.analyses import analyses_of
+
+        judged.append(judge_study(study, within))
+        return analyses_of(study, workers, judged[-1])
+
+    return analyse
+
+
+def print_study(
+    chosen: argparse.Namespace,
+    out: Path,
+    study: Study,
+    junit: Path | None,
+    judged: Judgements,
+) -> int:
+    """Writes the pages of the study and the JUnit file if there is one, and prints the verdicts.
+    Returns the exit code."""
+    from plumbob.reports.view.site.writing import write_study_pages
+    from plumbob.reports.view.terminal import study_values
+    from plumbob.reports.view.user_settings import cost_factor
+
+    user_rows = user_results(study, judged)
+    page = write_study_pages(study, out)
+    results = results_of(study, records_of(study))
+    if junit:
+        write_study_junit(junit, study, results)
+    tables = StudyColumns(study, judged)
+    values.show(
+        chosen,
+        study_records(study, judged, user_rows),
+        "study",
+        columns=lambda: tables.errors if chosen.csv else tables.pairs,
+        **study_values(study, results, chosen.verbose),
+        page=page,
+        results=user_rows,
+        like=chosen.like,
+        factor=cost_factor,
+    )
+    return exit_code(study, results)
+
+
+def exit_code(study: Study, results: Results) -> int:
+    """Returns 1 if a verdict is not as expected; else 3 if an engine is missing or the user's own
+    settings ran nothing; else 0."""
+    meanings = {result.meaning for result in results.values()}
+    if unexpected_searches(judged_searches(study)) or "unexpected" in meanings:
+        return 1
+    verdicts = {result.judged.verdict for result in results.values()}
+    user_verdicts = {
+        result.judged.verdict for result in results.values() if result.name == USER_METHOD
+    }
+    user_ran_nothing = user_verdicts and user_verdicts <= {"unsupported", "missing"}
+    return INCOMPLETE if user_ran_nothing or "missing" in verdicts else 0
