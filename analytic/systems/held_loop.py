@@ -39,8 +39,8 @@ MOST_PERIODS = 1_000_000  # most samples of a motion, which take some seconds
 # Most periods of a delay: the matrix of the loop has a row for each
 MOST_DELAY = 200
 Flow = tuple[Array, Array]
-"""Motion over a time under a constant torque: the matrix of the state, shape (2, 2), and the effect
-of a unit of the torque, shape (2,)."""
+"""Motion over a time under constant controls: the matrix of the state, shape (2, 2) or (n, n), and
+the effect of a unit of the torque, shape (2,), or of each control, shape (n, m)."""
 # Factors of a hold or of gains at which stability is tried: every SCAN_RATIO up to SCAN_END
 SCAN_RATIO, SCAN_END = 1.02, 1000.0
 SCAN_PARTS = 100  # delays that are tried in a period
@@ -184,23 +184,42 @@ class HeldLoop(LinearResponse):
 
 
 def loop_multiplier(early: Flow, late: Flow, gains: Array, whole_holds: int) -> float:
-    """Returns the largest magnitude of the eigenvalues of the map over a hold.
+    """Returns the largest magnitude of the eigenvalues of `loop_map`."""
+    return float(np.abs(np.linalg.eigvals(loop_map(early, late, gains, whole_holds))).max())
 
-    Over the `early` flow the torque of `whole_holds` + 1 samples ago acts, over the `late` flow the
-    torque of `whole_holds` samples ago. The `gains` are K and D.
-    """
-    size = 3 + whole_holds
-    # The torques of the last samples follow the state, the newest first.
+
+def loop_map(early: Flow, late: Flow, gains: Array, whole_holds: int) -> Array:
+    """Returns the matrix of the map over a hold of the state, n numbers, and of the controls that
+    still have to act, m numbers for each of `whole_holds` + 1 samples, the newest first. Over the `early`
+    flow the controls of `whole_holds` + 1 samples ago act, over the `late` flow those of `whole_holds` samples
+    ago. Flows have matrices of shape (n, n) and effects of shape (n, m). The controller answers a
+    state by minus the `gains`, shape (m, n), times the state; without m for a single control."""
+    states = len(early[0])
+    feedback = gains.reshape(-1, states)
+    controls = len(feedback)
+    first, second = (effect.reshape(states, controls) for _, effect in (early, late))
+    size = states + controls * (whole_holds + 1)
     matrix = np.zeros((size, size))
-    matrix[:2, :2] = late[0] @ early[0]
-    matrix[:2, size - 1] = late[0] @ early[1]
+    matrix[:states, :states] = late[0] @ early[0]
+    matrix[:states, size - controls :] = late[0] @ first
     if whole_holds:
-        matrix[:2, 1 + whole_holds] += late[1]
+        acting = states + controls * (whole_holds - 1)
+        matrix[:states, acting : acting + controls] += second
     else:
-        matrix[:2, :2] -= np.outer(late[1], gains)
-    matrix[2, :2] = -gains
-    matrix[3:, 2 : size - 1] = np.eye(whole_holds)
-    return float(np.abs(np.linalg.eigvals(matrix)).max())
+        matrix[:states, :states] -= second @ feedback
+    matrix[states : states + controls, :states] = -feedback
+    matrix[states + controls :, states : size - controls] = np.eye(controls * whole_holds)
+    return matrix
+
+
+def repeated_flow(flow: Flow, count: int) -> Flow:
+    """Returns the motion over `count` repetitions of a flow under constant controls."""
+    states = len(flow[0])
+    effects = flow[1].reshape(states, -1)
+    with_controls = np.eye(states + effects.shape[1])
+    with_controls[:states, :states], with_controls[:states, states:] = flow[0], effects
+    power = np.linalg.matrix_power(with_controls, count)
+    return power[:states, :states], power[:states, states:]
 
 
 def first_unstable(stable: Callable[[float], bool], values: Array) -> float:

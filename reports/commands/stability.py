@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Scene
 
 INCOMPLETE = 3
+LEAST_DURATION = 1e-9  # [s] duration of a motion that is one control period
 BUDGET = 60.0  # [s] processor time for a model file
 # Options that a model file does not take.
 SCENE_OPTIONS = ("long", "step", "jobs", "out")
@@ -43,8 +44,8 @@ SCENE_OPTIONS = ("long", "step", "jobs", "out")
 def command(chosen: argparse.Namespace) -> int:
     """Measures, judges and prints the largest steps. Returns 1 if a step is not as expected, 3 if
     an engine is missing."""
-    if is_model_file(chosen, SCENE_OPTIONS, (*FILE_OPTIONS, "budget")):
-        return _print_file_limits(chosen)
+    if is_model_file(chosen, SCENE_OPTIONS, (*FILE_OPTIONS, "budget", "policy", "delay")):
+        return _print_file_limits(chosen) if chosen.policy is None else _print_loops(chosen)
     scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
     if chosen.out:
@@ -112,6 +113,53 @@ def _print_file_limits(chosen: argparse.Namespace) -> int:
     if not reference.known or not (limits.own.confirmed or limits.own.holds_to):
         return INCOMPLETE
     return 1 if limits.unstable else 0
+
+
+def _print_loops(chosen: argparse.Namespace) -> int:
+    """Prints the stability of a model file under a policy about a fixed point, with each integrator
+    that the user names; by default with the file's own. Returns 1 if the first loop is unstable, 3
+    if there is no fixed point. Raises ParameterError."""
+    from plumbob.engines.audit.loop_stability import MOST_LATE, FedBackModel, loop_stability
+    from plumbob.engines.audit.step_of_method import runs_of
+    from plumbob.engines.audit.user_models import quiet
+    from plumbob.engines.closed_loop import ClosedLoop
+    from plumbob.engines.own_motion import NotCertifiable
+    from plumbob.reports.commands.arguments.console import note
+    from plumbob.reports.view.audit.page import package_versions
+    from plumbob.reports.view.audit.records import loop_record
+
+    if chosen.ctrl != "rest":
+        raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
+    values.refuse_options(chosen, ("duration",), "left out with --policy")
+    delay, loops = chosen.delay or 0.0, []
+    chosen.budget, chosen.duration = chosen.budget or BUDGET, LEAST_DURATION
+    with quiet():
+        model, script = model_and_script(chosen)
+        named = (runs_of(m, model.steppable) for p in chosen.method for m in find_methods(p))
+        integrators = tuple(named) or (model.integrator,)
+        late = round(delay / model.step)
+        hold = script.parts(model.step)
+        if abs(late * model.step - delay) > 1e-6 * delay or late > MOST_LATE * hold:
+            wanted = f"a multiple of the step, {model.step:g} s, up to {MOST_LATE} periods"
+            raise ParameterError("delay", delay, wanted)
+        assert isinstance(script.loop, ClosedLoop)
+        for name in integrators:
+            if name not in model.steppable:
+                raise ParameterError("method", name, "an integrator of MuJoCo, with --policy")
+            fed_back = FedBackModel(model.with_integrators((name,)), script.loop, hold, late)
+            try:
+                loops.append(loop_stability(fed_back, script.start))
+            except NotCertifiable as why:
+                note(f"{chosen.scene} with {name}: {why}")
+                return INCOMPLETE
+    answer = {
+        "model": chosen.scene,
+        "policy": chosen.policy,
+        "loops": [loop_record(loop) for loop in loops],
+        "versions": package_versions(),
+    }
+    values.show(chosen, answer, "stability_loop", model=chosen.scene, loops=loops)
+    return 1 if loops[0].unstable else 0
 
 
 def _measured_study(

@@ -126,3 +126,47 @@ def leaves_at_observation(observation):
 def counts_observations(observation):
     CALLS.append(observation)
     return [1e-3 * len(CALLS)]
+
+
+# Policies of a joint, for stability about a fixed point
+
+GAINS_OF_JOINT = [15.0, 2.0]  # [N m/rad], [N m s/rad]
+
+
+def holds_joint(time, qpos, qvel):
+    return -(GAINS_OF_JOINT[0] * qpos + GAINS_OF_JOINT[1] * qvel)
+
+
+class KnowsItsJacobian:
+    scale = 1.0
+
+    def __call__(self, time, qpos, qvel):
+        return holds_joint(time, qpos, qvel)
+
+    def jacobian(self, time, qpos, qvel):
+        return -self.scale * np.array([GAINS_OF_JOINT])
+
+
+class ExaggeratesItsJacobian(KnowsItsJacobian):
+    scale = 2.0
+
+
+class HasNoGoodJacobian(KnowsItsJacobian):
+    def jacobian(self, time, qpos, qvel):
+        return [1.0, 2.0, 3.0]
+
+
+def pushes_away(time, qpos, qvel):
+    return 5.0 * qpos
+
+
+def pushes_always(time, qpos, qvel):
+    return [1.0 + qpos[0] ** 2]
+
+
+def rocks_joint(time, qpos, qvel):
+    return [np.sin(time) - qpos[0]]
+
+
+def steps_at_zero(time, qpos, qvel):
+    return -np.sqrt(np.abs(qpos)) * np.sign(qpos) - qvel

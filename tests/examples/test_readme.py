@@ -95,7 +95,11 @@ NOT_RUN = {
     "plumbob difference a.npz --model my.xml": "the same with one recording",
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",
     "plumbob audit my.xml --against old.json --fail-above 5%": "the same with a file before",
-    "plumbob audit --gym HalfCheetah-v5 --seed 3 --policy my_policies:act": "another package",
+    "plumbob audit --gym HalfCheetah-v5 --seed 3 --policy my_policies:act --in-the-loop "
+    "--episodes 24": "another package: tests/audit/test_gym_returns.py",
+    "plumbob stability my.xml --policy my_policies:act --ctrl-period 0.02 --delay 0.01": (
+        "a policy of one's own: tests/audit/test_loop_stability.py"
+    ),
     **dict.fromkeys(
         (
             "plumbob audit my.xml --policy my_policies:act --in-the-loop",

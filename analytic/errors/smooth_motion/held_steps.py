@@ -25,6 +25,7 @@ from plumbob.analytic.systems.held_loop import (
     HeldLoop,
     first_unstable,
     loop_multiplier,
+    repeated_flow,
 )
 from plumbob.analytic.theory import StepErrors, signal_differences
 
@@ -63,14 +64,6 @@ def _plant(loop: HeldLoop, torque: float) -> SmoothSystem:
         position=(0.0,),
         rate=(0.0,),
     )
-
-
-def repeated_flow(flow: Flow, count: int) -> Flow:
-    """Returns the motion over `count` steps under a constant torque."""
-    with_torque = np.eye(3)  # matrix of one step for the state and the torque
-    with_torque[:2, :2], with_torque[:2, 2] = flow
-    power = np.linalg.matrix_power(with_torque, count)
-    return power[:2, :2], power[:2, 2]
 
 
 def held_errors(loop: HeldLoop) -> StepErrors:

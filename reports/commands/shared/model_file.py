@@ -44,17 +44,21 @@ def is_model_file(
 
 def model_and_script(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
     """Returns the model in the chosen file and its motion: the start, the controls and the
-    duration. Raises ParameterError."""
+    duration, or a policy in the loop. Raises ParameterError."""
+    from plumbob.engines.closed_loop import load_policy
     from plumbob.engines.own_motion import Start
     from plumbob.reports.audit_from_python import user_motion
 
+    policy = getattr(chosen, "policy", None)
     return user_motion(
         Path(chosen.scene),
         Start(chosen.keyframe, chosen.qpos, chosen.qvel),
         chosen_control(chosen.ctrl),
+        None if policy is None else load_policy(policy),
         duration=chosen.duration,
         period=chosen.ctrl_period,
         budget=chosen.budget,
+        in_the_loop=policy is not None,
     )
 
 

@@ -12,6 +12,7 @@ from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.environment_returns import MotionReturn
 from plumbob.engines.audit.gradient import CertifiedGradient
 from plumbob.engines.audit.holds import LONG, SHORT, CreepRemedy, GroupVerdict, HoldsAudit
+from plumbob.engines.audit.loop_stability import LoopStability
 from plumbob.engines.audit.mean_returns import EpisodeReturns, MeanInterval
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
@@ -263,6 +264,26 @@ def _limit_record(largest: Limit) -> Plain:
     """Returns the largest stable step of one integrator, and how it was found."""
     searched = _attributes(largest, "integrator", "largest_step", "first", "confirmed", "why")
     return {**searched, **_attributes(largest, "predicted", "chatters", "holds_to")}
+
+
+def loop_record(loop: LoopStability) -> Plain:
+    """Returns the stability of a model under a policy about a fixed point, and the stable intervals
+    of hold [s], delay [s] and gain."""
+    names = ("integrator", "step", "hold", "delay", "multiplier", "unstable", "by_jacobian")
+    intervals = [
+        {
+            **_attributes(interval, "quantity", "own"),
+            "low": interval.low and vars(interval.low),
+            "high": interval.high and vars(interval.high),
+        }
+        for interval in loop.intervals
+    ]
+    return {
+        **_attributes(loop, *names),
+        "state": loop.state.tolist(),
+        "control": loop.control.tolist(),
+        "intervals": intervals,
+    }
 
 
 def gradient_record(known: CertifiedGradient | str | None) -> Plain:
