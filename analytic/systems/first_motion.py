@@ -21,7 +21,6 @@ Squares Problems", 1974, chapter 23), whose cones gain half-spaces as they are n
 
 from __future__ import annotations
 
-
 import numpy as np
 from scipy.linalg import block_diag, null_space
 from scipy.optimize import nnls

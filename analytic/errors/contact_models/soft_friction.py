@@ -39,7 +39,7 @@ def impedance(point: SoftPoint, depth: float) -> float:
     else:
         fall = (1.0 - fraction) ** point.power
         rise = 1.0 - fall / (1.0 - point.midpoint) ** (point.power - 1.0)
-    return least + (most - least) * rise
+    return float(least + (most - least) * rise)
 
 
 def rates(point: SoftPoint, step: float) -> tuple[float, float]:

@@ -350,6 +350,7 @@ def _holds_record(audit: HoldsAudit) -> Plain:
             "moved": audit.moved,
             "groups": list(map(_group_record, audit.groups)),
             "creep": creep.speed,
+            "steady": creep.steady,
             "predicted_creep": audit.predicted,
             "distances": [creep.distances.get(time) for time in (SHORT, LONG)],
             "wanted_creep": audit.wanted,

@@ -43,12 +43,14 @@ DRY = (int(KINDS.mjCNSTR_FRICTION_DOF), int(KINDS.mjCNSTR_FRICTION_TENDON))
 LIMITED = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
 # Largest gap that counts as none, over the mean size of a body: places in a file are rounded
 TOUCH = 1e-3
-SETTLING = 1.0  # [s] in which the bodies come to rest: 50 default time constants of a contact
-MEASURED = 0.5  # [s] in which the creep is measured after that, and again until it is steady
+# [s] in which the creep is measured, again and again until it is steady: ten default time constants
+# of a contact, so that a fast creep is measured before a finger is left
+WINDOW = 0.2
 STEADY = (
     0.02  # relative change of the creep from one measurement to the next that counts as none
 )
-MOST_MEASURED = 10  # number of measurements: 5 s for servos that give way slowly
+STILL = 1e-9  # [m/s] change that counts as none at any creep
+MOST_WINDOWS = 25  # number of measurements: 5 s for servos that give way slowly
 # Largest acceleration of settled bodies over the free one: the resolution of statics
 QUIET = 1e-3
 WANDERED = 0.25  # displacement over size beyond which bodies have left their start
@@ -75,7 +77,7 @@ def held_bodies(model: Any, start: Start, body: str | None) -> MujocoHeld:
             what = (
                 f"{body} touches nothing" if body else "no body that can move touches anything"
             )
-            raise NotCertifiable(f"{what} at the start, or after {SETTLING:g} s")
+            raise NotCertifiable(f"{what} at the start, or where it comes to rest")
         return held
 
 
@@ -141,9 +143,28 @@ class MujocoHeld:
 
     @cached_property
     def _rested(self) -> Any:
-        """The mjData after the time in which bodies settle; None if the run diverges."""
+        """The mjData after the time in which the creep becomes steady; None if the run diverges."""
+        return self._creeping[0]
+
+    @cached_property
+    def _creeping(self) -> tuple[Any, float, bool, float]:
+        """The mjData of bodies that creep, their speed [m/s], whether it is steady, and the
+        processor time [s] of a step; None and an infinite speed if the run diverges."""
         data = copy.copy(self.start)
-        return data if self._run(data, SETTLING) else None
+        speeds = list[float]()
+        begin = time.thread_time()
+        for _ in range(MOST_WINDOWS):
+            before = copy.copy(data)
+            if not self._run(data, WINDOW):
+                return None, math.inf, False, math.nan
+            speeds.append(self._moved(before, data)[0] / WINDOW)
+            # The first measurement has the way into the contacts.
+            change = abs(speeds[-1] - speeds[-2]) if len(speeds) > 2 else math.inf
+            if change <= STEADY * speeds[-1] + STILL:
+                break
+        steps = len(speeds) * round(WINDOW / self.step)
+        seconds = (time.thread_time() - begin) / steps
+        return data, speeds[-1], change <= STEADY * speeds[-1] + STILL, seconds
 
     @cached_property
     def settled(self) -> RestingPlace | None:
@@ -186,11 +207,11 @@ class MujocoHeld:
 
     @cached_property
     def _bodies(self) -> list[int]:
-        """The numbers of the bodies whose displacement counts."""
+        """The numbers of the bodies whose displacement counts: the one that is asked for, or those
+        that touch something at the start, or all if none do."""
         if self.body is not None:
             return [self.body]
-        groups = self.at_start.groups or tuple(self._groups(self._rested or self.start))
-        names = {name for group in groups for name in group.bodies}
+        names = {name for group in self.at_start.groups for name in group.bodies}
         movable = np.flatnonzero(self.model.body_treeid >= 0).tolist()
         chosen = [b for b in movable if name_of(self.model, "body", b) in names]
         return chosen or movable
@@ -217,34 +238,17 @@ class MujocoHeld:
     def creep(self, durations: tuple[float, ...] = ()) -> MeasuredCreep:
         """Returns how fast and how far the bodies creep after they have settled, over some
         `durations` [s] in ascending order, as far as there is time to run them."""
-        if self._rested is None:
-            return MeasuredCreep(math.inf, math.nan, {}, math.nan)
-        data = copy.copy(self._rested)
-        begin = time.thread_time()
-        speeds = self._steady_speeds(data)
-        held = math.isfinite(speeds[-1])
-        seconds = (time.thread_time() - begin) / (len(speeds) * round(MEASURED / self.step))
+        first, speed, steady, seconds = self._creeping
+        if first is None:
+            return MeasuredCreep(math.inf, False, math.nan, {}, math.nan)
+        data = copy.copy(first)
         depth = -float(data.contact.dist.min(initial=0.0))
         distances = dict[float, float]()
-        first = copy.copy(data)
         for duration in durations:
-            if not (held and self._run(data, duration + first.time - data.time)):
+            if not self._run(data, duration + first.time - data.time):
                 break
             distances[duration] = self._moved(first, data)[0]
-        return MeasuredCreep(speeds[-1], depth, distances, seconds)
-
-    def _steady_speeds(self, data: Any) -> list[float]:
-        """Steps `data` until the creep is steady, and returns the creep [m/s] in each measurement;
-        infinite if the run diverges."""
-        speeds = list[float]()
-        for _ in range(MOST_MEASURED):
-            before = copy.copy(data)
-            if not self._run(data, MEASURED):
-                return [*speeds, math.inf]
-            speeds.append(self._moved(before, data)[0] / MEASURED)
-            if abs(speeds[-1] - speeds[-2:][0]) <= STEADY * speeds[-1] and len(speeds) > 1:
-                break
-        return speeds
+        return MeasuredCreep(speed, steady, depth, distances, seconds)
 
     def predicted_creep(self) -> float | None:
         """Returns the speed [m/s] of the fastest corner that theory predicts for the loads of the
@@ -333,8 +337,8 @@ class MujocoHeld:
             return None
         most = float(np.clip(contact.solimp[1], *IMPEDANCES))
         if time_constant > 0.0:
-            return 2.0 / (most * max(time_constant, 2.0 * self._safe_step))
-        return -second / most
+            return float(2.0 / (most * max(time_constant, 2.0 * self._safe_step)))
+        return float(-second / most)
 
     def _held_rows(self, data: Any) -> Array:
         """Returns the rows of velocities that are 0 where bodies creep, shape (n, nv): those of
@@ -342,7 +346,7 @@ class MujocoHeld:
         _, elliptic, rows = self._elliptic(data)
         kinds = np.array(elliptic.efc_type)
         acts = (np.array(elliptic.efc_force) != 0.0) & np.isin(kinds, (*DRY, *LIMITED))
-        return rows[acts | (kinds == EQUALITY)]
+        return np.asarray(rows[acts | (kinds == EQUALITY)])
 
     def _groups(self, data: Any, settled: bool = False) -> Iterator[HeldGroup]:
         """Yields the groups of bodies that touch something in a state, or the group of the body
@@ -358,8 +362,8 @@ class MujocoHeld:
         for trees in _connected_trees(model, rows):
             if self.body is not None and model.body_treeid[self.body] not in trees:
                 continue
-            dofs = np.isin(model.dof_treeid, list(trees))
-            group = _Group(model, elliptic, rows, dofs)
+            dofs = np.flatnonzero(np.isin(model.dof_treeid, list(trees)))
+            group = _Group(model, elliptic, rows[:, dofs])
             contacts = tuple(group.contacts())
             if contacts:
                 yield HeldGroup(
@@ -382,13 +386,14 @@ class MujocoHeld:
 class _Group:
     """The constraints of some degrees of freedom of a model with elliptic cones."""
 
-    def __init__(self, model: Any, data: Any, rows: Array, dofs: Array) -> None:
-        self.model, self.data, self.rows, self.dofs = model, data, rows[:, dofs], dofs
+    def __init__(self, model: Any, data: Any, rows: Array) -> None:
+        """`rows` are the rows of all constraints in these degrees of freedom."""
+        self.model, self.data, self.rows = model, data, rows
         self.kinds = np.array(data.efc_type)
         self.numbers = [
             number
             for number, contact in enumerate(data.contact)
-            if contact.efc_address >= 0 and rows[contact.efc_address][dofs].any()
+            if contact.efc_address >= 0 and rows[contact.efc_address].any()
         ]
 
     @property
