@@ -25,7 +25,7 @@ from plumbob.analytic.schemes import SoftPoint
 
 # Each iteration replaces the resistance by force over speed, which lowers a convex energy; contacts
 # near their limits need the most.
-MOST_ITERATIONS = 2000
+MOST_CREEP_ITERATIONS = 2000
 UNCHANGED = 1e-9  # relative change of all velocities that ends the iterations
 # [m/s] speed below which force over speed is that of rest: far below every creep of interest
 NO_SPEED = 1e-15
@@ -33,7 +33,7 @@ NO_SPEED = 1e-15
 # fingers whose faces are not parallel; in truth their forces change little in this time. Between
 # 10 s and 1000 s, predictions for fingers on hinges, stacks and a robot on legs differ by less than
 # 2 %.
-FOLLOWED = 100.0
+CREEP_TIME = 100.0
 SHALLOWEST = 1e-9  # [m] smallest depth of a contact whose stiffness counts
 
 
@@ -41,19 +41,19 @@ SHALLOWEST = 1e-9  # [m] smallest depth of a contact whose stiffness counts
 class SoftRows:
     """A soft contact in n velocity coordinates that carries a load."""
 
-    rows: Array  # of the normal and of k velocities that friction resists, shape (1 + k, n)
+    # Rows of the normal velocity and of k velocities that friction resists, shape (1 + k, n)
+    rows: Array
     friction: Array  # coefficients of friction [1 or m], shape (k,)
     load: float  # [N] normal force
     weight: float  # [1/kg] inverse effective mass by which the engine regularises the contact
     point: SoftPoint
-    friction_damping: float | None = (
-        None  # [1/s] of the tangential rows; None: that of the normal
-    )
+    # Damping [1/s] of the tangential rows; None: the damping of the normal row
+    friction_damping: float | None = None
 
     def normal_resistance(self, step: float) -> float:
         """Returns what resists a slow normal velocity [N s/m]."""
         depth = depth_under(self.point, self.load * self.weight, step)
-        return FOLLOWED * self.load / max(depth, SHALLOWEST)
+        return CREEP_TIME * self.load / max(depth, SHALLOWEST)
 
     def damping(self, step: float) -> float:
         """Returns the damping b of the tangential rows [1/s]."""
@@ -122,7 +122,7 @@ def steady_creep(
     basis = null_space(held) if len(held) else np.eye(len(load))
     pull = basis.T @ (load + normals.T @ loads)
     velocity = np.zeros(len(load))
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(MOST_CREEP_ITERATIONS):
         resistance = always.copy()
         for contact in contacts:
             rows = contact.rows[1:]

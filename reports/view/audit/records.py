@@ -11,7 +11,13 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.episodes import EpisodeReturns, MeanInterval
 from plumbob.engines.audit.gradient import CertifiedGradient
-from plumbob.engines.audit.holds import LONG, SHORT, CreepRemedy, GroupVerdict, HoldsAudit
+from plumbob.engines.audit.holds import (
+    LONG_CREEP,
+    SHORT_CREEP,
+    CreepRemedy,
+    GroupVerdict,
+    HoldsAudit,
+)
 from plumbob.engines.audit.reference import MEASURE
 from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import StateErrors, StepComparison
@@ -352,7 +358,7 @@ def _holds_record(audit: HoldsAudit) -> Plain:
             "creep": creep.speed,
             "steady": creep.steady,
             "predicted_creep": audit.predicted,
-            "distances": [creep.distances.get(time) for time in (SHORT, LONG)],
+            "distances": [creep.distances.get(time) for time in (SHORT_CREEP, LONG_CREEP)],
             "wanted_creep": audit.wanted,
             "options": audit.model.options,
             "to_paste": holds_snippet(audit),

@@ -93,8 +93,8 @@ def stack(draw, fraction):
     return Arrangement("stack", text, verdict(fraction), fraction if slides else None)
 
 
-def ladder(draw, fraction):
-    """A ladder between a wall and a floor: at the limit the friction of both is used up."""
+def leaning_rod(draw, fraction):
+    """A rod that leans between a wall and a floor: at the limit the friction of both is used up."""
     angle, radius, half = draw.uniform(0.7, 1.2), 0.01, 1.0
     wall = draw.uniform(0.1, 0.6)
     foot, top = half * math.cos(angle), half * math.sin(angle)
@@ -108,13 +108,13 @@ def ladder(draw, fraction):
         f'{HEAD}<geom name="floor" type="plane" size="9 9 1"/>'
         '<geom name="wall" type="plane" size="9 9 1" zaxis="1 0 0"/>'
         f'<body pos="{foot + radius:.17g} 0 {top + radius:.17g}"><freejoint/>'
-        f'<geom name="ladder" type="capsule" size="{radius}" '
+        f'<geom name="rod" type="capsule" size="{radius}" '
         f'fromto="{foot:.17g} 0 {-top:.17g} {-foot:.17g} 0 {top:.17g}" mass="8"/></body>'
-        '</worldbody><contact><pair geom1="floor" geom2="ladder" '
-        f'friction="{floor:.17g} {floor:.17g}"/><pair geom1="wall" geom2="ladder" '
+        '</worldbody><contact><pair geom1="floor" geom2="rod" '
+        f'friction="{floor:.17g} {floor:.17g}"/><pair geom1="wall" geom2="rod" '
         f'friction="{wall:.17g} {wall:.17g}"/></contact></mujoco>'
     )
-    return Arrangement("ladder", text, verdict(fraction))
+    return Arrangement("leaning rod", text, verdict(fraction))
 
 
 def gripper(fingers, body, force):
@@ -225,7 +225,7 @@ KINDS = (
     block,
     chair,
     stack,
-    ladder,
+    leaning_rod,
     pinch,
     three_fingers,
     hinged_fingers,

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.creep import FOLLOWED, SoftRows, steady_creep
+from plumbob.analytic.errors.contact_models.creep import CREEP_TIME, SoftRows, steady_creep
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftPoint
@@ -38,27 +38,27 @@ from plumbob.engines.own_holds import (
 from plumbob.engines.own_motion import NotCertifiable, Start
 
 KINDS = mujoco.mjtConstraint
-EQUALITY = int(KINDS.mjCNSTR_EQUALITY)
+EQUALITY_ROW = int(KINDS.mjCNSTR_EQUALITY)
 DRY = (int(KINDS.mjCNSTR_FRICTION_DOF), int(KINDS.mjCNSTR_FRICTION_TENDON))
 LIMITED = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
 # Largest gap that counts as none, over the mean size of a body: places in a file are rounded
-TOUCH = 1e-3
+TOUCHING_GAP = 1e-3
 # [s] in which the creep is measured, again and again until it is steady: ten default time constants
 # of a contact, so that a fast creep is measured before a finger is left
 WINDOW = 0.2
-STEADY = (
-    0.02  # relative change of the creep from one measurement to the next that counts as none
-)
-STILL = 1e-9  # [m/s] change that counts as none at any creep
+# Relative change of the creep from one measurement to the next that counts as none
+STEADY = 0.02
+NO_CHANGE = 1e-9  # [m/s] change that counts as none at any creep
 MOST_WINDOWS = 25  # number of measurements: 5 s for servos that give way slowly
+SLIPS = 0.999  # force of a dry joint over its largest from which on the joint slips
 # Largest acceleration of settled bodies over the free one: the resolution of statics
-QUIET = 1e-3
+SETTLED_WITHIN = 1e-3
 WANDERED = 0.25  # displacement over size beyond which bodies have left their start
 # Bounds of MuJoCo's solimp: smallest and largest impedance and midpoint
 IMPEDANCES = (1e-4, 0.9999)
-MOST_SECONDS = 5.0  # [s] processor time of a run
+MOST_RUN_SECONDS = 5.0  # [s] processor time of a run
 JOINT_DOFS = (6, 3, 1, 1)  # degrees of freedom of a free, ball, slide and hinge joint
-PART = 0.1  # [s] of a run between two looks at the clock
+CLOCK_PART = 0.1  # [s] of a run between two looks at the clock
 
 
 def held_bodies(model: Any, start: Start, body: str | None) -> MujocoHeld:
@@ -160,11 +160,11 @@ class MujocoHeld:
             speeds.append(self._moved(before, data)[0] / WINDOW)
             # The first measurement has the way into the contacts.
             change = abs(speeds[-1] - speeds[-2]) if len(speeds) > 2 else math.inf
-            if change <= STEADY * speeds[-1] + STILL:
+            if change <= STEADY * speeds[-1] + NO_CHANGE:
                 break
         steps = len(speeds) * round(WINDOW / self.step)
         seconds = (time.thread_time() - begin) / steps
-        return data, speeds[-1], change <= STEADY * speeds[-1] + STILL, seconds
+        return data, speeds[-1], change <= STEADY * speeds[-1] + NO_CHANGE, seconds
 
     @cached_property
     def settled(self) -> RestingPlace | None:
@@ -178,19 +178,19 @@ class MujocoHeld:
         mujoco.mj_forward(self.model, data)
         left = np.linalg.norm(_scaled(self.model, data, data.qacc))
         free = np.linalg.norm(_scaled(self.model, data, data.qacc_smooth))
-        if moved > WANDERED * size or left > QUIET * free:
+        if moved > WANDERED * size or left > SETTLED_WITHIN * free:
             return None
         return RestingPlace(tuple(self._groups(data, settled=True)), moved)
 
     def _run(self, data: Any, duration: float) -> bool:
         """Steps `data` for a duration [s], and returns whether it stays finite and is in time."""
         steps = round(duration / self.step)
-        part = max(1, round(PART / self.step))
+        part = max(1, round(CLOCK_PART / self.step))
         begin = time.thread_time()
         with collected():
             for first in range(0, steps, part):
                 mujoco.mj_step(self.model, data, min(part, steps - first))
-                if diverged(data) or time.thread_time() - begin > MOST_SECONDS:
+                if diverged(data) or time.thread_time() - begin > MOST_RUN_SECONDS:
                     return False
         return True
 
@@ -260,11 +260,12 @@ class MujocoHeld:
         contacts = tuple(self._soft_rows(data))
         if not contacts:
             return None
+        held, dry_resistance, dry_force = self._held_rows(data)
         velocity = steady_creep(
             contacts,
-            np.array(data.qfrc_smooth),
-            self._held_rows(data),
-            _joint_resistance(self.model, data),
+            data.qfrc_smooth + dry_force,
+            held,
+            _joint_resistance(self.model, data) + dry_resistance,
             self._safe_step,
         )
         if velocity is None:
@@ -340,19 +341,26 @@ class MujocoHeld:
             return float(2.0 / (most * max(time_constant, 2.0 * self._safe_step)))
         return float(-second / most)
 
-    def _held_rows(self, data: Any) -> Array:
-        """Returns the rows of velocities that are 0 where bodies creep, shape (n, nv): those of
-        equalities, of limits that push and of dry joints."""
+    def _held_rows(self, data: Any) -> tuple[Array, Array, Array]:
+        """Returns what holds joints where bodies creep: the rows of velocities that are 0, shape
+        (n, nv), of equalities and of limits that push; the resistance of dry joints that stick,
+        shape (nv, nv); and the force of dry joints that slip, shape (nv,)."""
         _, elliptic, rows = self._elliptic(data)
-        kinds = np.array(elliptic.efc_type)
-        acts = (np.array(elliptic.efc_force) != 0.0) & np.isin(kinds, (*DRY, *LIMITED))
-        return np.asarray(rows[acts | (kinds == EQUALITY)])
+        kinds, forces = np.array(elliptic.efc_type), np.array(elliptic.efc_force)
+        held = (kinds == EQUALITY_ROW) | (np.isin(kinds, LIMITED) & (forces != 0.0))
+        dry = np.isin(kinds, DRY)
+        slips = dry & (np.abs(forces) >= SLIPS * np.array(elliptic.efc_frictionloss))
+        sticks = rows[dry & ~slips]
+        # A dry joint that sticks has a row with a damping b and a softness R: it drifts at R F/b.
+        stiff = np.array(elliptic.efc_KBIP)[:, 1] / np.array(elliptic.efc_R)
+        resistance = sticks.T @ (stiff[dry & ~slips, None] * sticks)
+        return rows[held], resistance, forces[slips] @ rows[slips]
 
     def _groups(self, data: Any, settled: bool = False) -> Iterator[HeldGroup]:
         """Yields the groups of bodies that touch something in a state, or the group of the body
         that is asked for. The small accelerations that are left where bodies have settled are no
         part of their loads."""
-        gap = TOUCH * float(self.model.stat.meansize)
+        gap = TOUCHING_GAP * float(self.model.stat.meansize)
         model, elliptic, rows = self._elliptic(data, gap)
         load = np.array(elliptic.qfrc_smooth)
         inertia = np.zeros((model.nv, model.nv))
@@ -372,7 +380,7 @@ class MujocoHeld:
                         inertia=inertia[np.ix_(dofs, dofs)],
                         load=load[dofs],
                         contacts=contacts,
-                        equalities=group.of_kinds((EQUALITY,))[0],
+                        equalities=group.of_kinds((EQUALITY_ROW,))[0],
                         stops=group.of_kinds(LIMITED)[0],
                         dry=group.of_kinds(DRY)[0],
                         dry_limits=group.of_kinds(DRY)[1],
@@ -462,6 +470,6 @@ def _joint_resistance(model: Any, data: Any) -> Array:
             joint
         ]
     moments = actuator_moments(model, data)
-    servos = -model.actuator_biasprm[:, 1] * FOLLOWED - model.actuator_biasprm[:, 2]
-    resistance = np.diag(springs * FOLLOWED + np.ravel(model.dof_damping)[: model.nv])
+    servos = -model.actuator_biasprm[:, 1] * CREEP_TIME - model.actuator_biasprm[:, 2]
+    resistance = np.diag(springs * CREEP_TIME + np.ravel(model.dof_damping)[: model.nv])
     return np.asarray(resistance + moments.T @ (np.maximum(servos, 0.0)[:, None] * moments))
