@@ -32,6 +32,7 @@ class MeasuredCreep:
     """The creep of bodies under the model's own steps."""
 
     speed: float  # [m/s] of the fastest corner of a body; infinite if the run diverges
+    steady: bool  # whether the speed has become steady
     depth: float  # [m] of the deepest contact
     distances: Mapping[float, float]  # {duration [s]: displacement [m]}, as far as it is run
     step_seconds: float  # [s] processor time of a step

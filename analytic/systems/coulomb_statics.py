@@ -28,12 +28,12 @@ UNBALANCED = 1e-6
 # Largest excess of a tangential force over its cone, as a part of the normal force, at which no
 # half-space is added
 CUT = 1e-4
-MOST_CUTS = 60  # an angle is halved with each cut: far more than CUT asks for
+MOST_CONE_CUTS = 60  # an angle is halved with each cut: far more than CUT asks for
 # Least distance of the smallest friction from the given one, as a part of it, that is resolved:
 # ten times CUT
 CLOSE = 1e-3
 MOST_FRICTION = 64.0  # largest multiple of the given friction that is tried
-BISECTIONS = 14  # a multiple from 0 to 1 is known to 2^-14, less than CUT
+FRICTION_HALVINGS = 12  # a multiple from 0 to 1 is known to 2^-12, a quarter of CLOSE
 PENALTY = 1e4  # cost of an unbalanced load over the cost of a force, each scaled
 
 
@@ -64,7 +64,7 @@ class HeldLoads:
     @cached_property
     def root(self) -> Array:
         """The lower triangular L of the inertia L L^T."""
-        return np.linalg.cholesky(self.inertia)
+        return np.asarray(np.linalg.cholesky(self.inertia), dtype=float)
 
     def scaled_rows(self, rows: Array) -> Array:
         """Returns rows of velocities in the scaled coordinates, shape (len(rows), n)."""
@@ -108,7 +108,7 @@ class HeldLoads:
 
 
 @dataclass(frozen=True)
-class Balance:
+class ForceBalance:
     """Forces that balance loads."""
 
     normal_forces: Array  # [N] of each contact, shape (contacts,)
@@ -197,7 +197,7 @@ class BalanceProgramme:
             rows.append(row)
         return np.array(rows).reshape(len(rows), self.matrix.shape[1])
 
-    def balance(self, friction: float = 1.0, wanted: str = "") -> Balance | None:
+    def balance(self, friction: float = 1.0, wanted: str = "") -> ForceBalance | None:
         """Returns forces that balance the loads at a multiple of the `friction`, or None if no such
         forces exist. `wanted` is "force" for the smallest largest force of a pair, and "actuation"
         for the smallest multiple of the actuators' forces."""
@@ -210,7 +210,7 @@ class BalanceProgramme:
         elif wanted == "actuation":
             cost[self.actuator], bounds[self.actuator] = 1.0, (0.0, None)
             target = target + self.held.scaled_actuation
-        for _ in range(MOST_CUTS):
+        for _ in range(MOST_CONE_CUTS):
             half_spaces = self._half_spaces(friction)
             solved = linprog(
                 cost,
@@ -221,13 +221,15 @@ class BalanceProgramme:
                 bounds=bounds,
                 method="highs",
             )
-            if solved.x is None or solved.x[self.largest + 1 :].sum() > UNBALANCED:
+            # Unbalanced loads make every programme feasible: no forces is a solver's failure.
+            forces = np.full(len(cost), math.nan) if solved.x is None else solved.x
+            if not forces[self.largest + 1 :].sum() <= UNBALANCED:
                 return None
-            if not self._cut_off(solved.x, friction):
+            if not self._cut_off(forces, friction):
                 break
-        normals = solved.x[self.starts[:-1]]
+        normals = forces[self.starts[:-1]]
         index = self.actuator if wanted == "actuation" else self.largest
-        return Balance(normals * self.held.newtons, float(solved.x[index]))
+        return ForceBalance(normals * self.held.newtons, float(forces[index]))
 
     def _cut_off(self, forces: Array, friction: float) -> bool:
         """Adds a half-space for each contact whose force is outside its cone; returns whether there
@@ -245,7 +247,7 @@ class BalanceProgramme:
 
 def least_multiple(holds: Callable[[float], bool]) -> float:
     """Returns the smallest multiple at which something holds that holds at every larger one, to
-    2^-BISECTIONS of it; infinite if it does not hold at MOST_FRICTION."""
+    2^-FRICTION_HALVINGS of it; infinite if it does not hold at MOST_FRICTION."""
     low, high = 0.0, 1.0
     while not holds(high):
         low, high = high, 2.0 * high
@@ -253,13 +255,13 @@ def least_multiple(holds: Callable[[float], bool]) -> float:
             return math.inf
     if not low and holds(0.0):
         return 0.0
-    for _ in range(BISECTIONS):
+    for _ in range(FRICTION_HALVINGS):
         middle = (low + high) / 2.0
         low, high = (low, middle) if holds(middle) else (middle, high)
     return high
 
 
-def statics(held: HeldLoads) -> Statics:
+def contact_statics(held: HeldLoads) -> Statics:
     """Returns whether forces within the cones balance the loads, and with how little friction,
     force and actuation.
 
@@ -267,7 +269,7 @@ def statics(held: HeldLoads) -> Statics:
     >>> none = np.zeros((0, 2))
     >>> slope = np.array([math.sin(0.3), -math.cos(0.3)])
     >>> cube = HeldLoads(np.eye(2), slope, (ramp,), none, none, none, np.zeros(0), np.zeros(2))
-    >>> bool(abs(statics(cube).least_friction - math.tan(0.3) / 0.6) < 3e-4)
+    >>> bool(abs(contact_statics(cube).least_friction - math.tan(0.3) / 0.6) < 3e-4)
     True
     """
     programme = BalanceProgramme(held)

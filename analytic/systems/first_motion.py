@@ -26,7 +26,7 @@ from scipy.linalg import block_diag, null_space
 from scipy.optimize import nnls
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.coulomb_statics import CUT, ContactRows, HeldLoads
+from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, ContactRows, HeldLoads
 
 # Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
 MOVES = 1e-6
@@ -34,7 +34,6 @@ MOVES = 1e-6
 # 700 times bring them below CLOSE, the least margin that statics resolves.
 MOST_FALLS = 1000
 SETTLED = 1e-7  # relative change of all slips at which they have settled
-MOST_CUTS = 30
 
 
 def can_move(held: HeldLoads) -> bool | None:
@@ -82,7 +81,7 @@ class _Motion:
     def _nearest(self, slips: Array) -> Array:
         """Returns the acceleration next to the free one that the contacts allow at given
         `slips`."""
-        for _ in range(MOST_CUTS):
+        for _ in range(MOST_CONE_CUTS):
             acceleration = self._least_distance(*self._half_spaces(slips))
             cut = False
             for rows, slip, cuts in zip(self.contacts, slips, self.cuts, strict=True):

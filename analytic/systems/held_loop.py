@@ -190,10 +190,12 @@ def loop_multiplier(early: Flow, late: Flow, gains: Array, whole_holds: int) -> 
 
 def loop_map(early: Flow, late: Flow, gains: Array, whole_holds: int) -> Array:
     """Returns the matrix of the map over a hold of the state, n numbers, and of the controls that
-    still have to act, m numbers for each of `whole_holds` + 1 samples, the newest first. Over the `early`
-    flow the controls of `whole_holds` + 1 samples ago act, over the `late` flow those of `whole_holds` samples
-    ago. Flows have matrices of shape (n, n) and effects of shape (n, m). The controller answers a
-    state by minus the `gains`, shape (m, n), times the state; without m for a single control."""
+    still have to act, m numbers for each of `whole_holds` + 1 samples, the newest first.
+
+    Over the `early` flow the controls of `whole_holds` + 1 samples ago act, over the `late` flow
+    the controls of `whole_holds` samples ago. Flows have matrices of shape (n, n) and effects of
+    shape (n, m). The controller answers a state by minus the `gains`, shape (m, n), times the
+    state; without m for a single control."""
     states = len(early[0])
     feedback = gains.reshape(-1, states)
     controls = len(feedback)

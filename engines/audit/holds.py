@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from plumbob.analytic.systems.coulomb_statics import Statics, statics
+from plumbob.analytic.systems.coulomb_statics import Statics, contact_statics
 from plumbob.analytic.systems.first_motion import can_move
 from plumbob.engines.own_holds import (
     FrictionOptions,
@@ -26,14 +26,15 @@ VERDICTS: tuple[Coulomb, ...] = (
     "too close to tell",
     "cannot hold",
 )
-SHORT, LONG = 1.0, 60.0  # [s] durations over which bodies creep
+SHORT_CREEP, LONG_CREEP = 1.0, 60.0  # [s] durations over which bodies creep
+NEAR = 0.2  # relative error of a predicted creep within which it counts as explained
 LEFT = 3.0  # displacement over that of a steady creep at which bodies have lost their contacts
 CREEP_WANTED = 1e-5  # [m/s] largest creep that is asked for by default: 0.6 mm in a minute
 
 
 @dataclass(frozen=True)
 class GroupVerdict:
-    """What Coulomb's law says about bodies that joints and contacts connect."""
+    """The verdict of Coulomb's law on bodies that joints and contacts connect."""
 
     group: HeldGroup
     coulomb: Coulomb
@@ -56,7 +57,7 @@ class CreepRemedy:
 
 @dataclass(frozen=True)
 class HoldsAudit:
-    """What Coulomb's law says about a user's bodies at rest, and what the engine does with them."""
+    """The verdicts of Coulomb's law on a user's bodies at rest, and their creep in the engine."""
 
     name: str
     integrator: str
@@ -85,10 +86,19 @@ class HoldsAudit:
         return self.worst.coulomb
 
     @property
+    def as_predicted(self) -> bool:
+        """Whether the measured creep is near the predicted one, or both are within what is asked
+        for. If contacts vibrate or change, the theory of a steady creep does not apply."""
+        if self.predicted is None:
+            return False
+        speeds = self.predicted, self.creep.speed
+        return max(speeds) <= self.wanted or abs(speeds[0] - speeds[1]) <= NEAR * speeds[1]
+
+    @property
     def leaves(self) -> bool:
         """Whether the bodies move much further in a minute than they creep."""
-        far = self.creep.distances.get(LONG, 0.0)
-        return far > LEFT * LONG * self.creep.speed
+        far = self.creep.distances.get(LONG_CREEP, 0.0)
+        return far > LEFT * LONG_CREEP * self.creep.speed
 
     @property
     def remedy(self) -> CreepRemedy | None:
@@ -111,7 +121,7 @@ class HoldsAudit:
 
 def group_verdict(group: HeldGroup) -> GroupVerdict:
     """Returns what Coulomb's law says about a group of bodies."""
-    known = statics(group.loads)
+    known = contact_statics(group.loads)
     if known.close:
         return GroupVerdict(group, "too close to tell", known)
     if not known.balanced:
@@ -162,7 +172,7 @@ def holds_audited(
         moved=place.moved,
         groups=verdicts,
         predicted=model.predicted_creep(),
-        creep=model.creep((SHORT, LONG)),
+        creep=model.creep((SHORT_CREEP, LONG_CREEP)),
         wanted=wanted,
         tried=(),
         seconds=0.0,
@@ -184,7 +194,7 @@ def _remedies(
     for options in advised(model.options, rigid, wanted):
         progress(f"{options.cone} cones, impratio {options.impratio:g}")
         changed = model.with_options(options)
-        creep = changed.creep((SHORT,))
+        creep = changed.creep((SHORT_CREEP,))
         cost = creep.step_seconds / (audit.creep.step_seconds or math.nan)
         tried.append(CreepRemedy(options, creep, cost, changed.refusal))
         if creep.speed <= wanted:

@@ -224,7 +224,9 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
             raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
         check_fixable(models[0], Path(chosen.write_fixed))
     still = chosen.contacts or chosen.holds
-    ending = "-contacts.html" if chosen.contacts else "-holds.html" if chosen.holds else ".html"
+    ending = "-contacts.html" if chosen.contacts else ".html"
+    if chosen.holds:
+        ending = "-holds.html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     written_pages = list(pages.values())
     if not still:

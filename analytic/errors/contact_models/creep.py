@@ -1,13 +1,13 @@
 """The creep of bodies that stick on several soft contacts, with any joints between them.
 
-A soft contact of MuJoCo (analytic/errors/contact_models/soft_friction.py has its law) resists a slip
-v by a force that is linear in v, until it reaches the friction limit. At rest under loads, bodies
-creep at the velocity at which all friction forces balance the loads. Normal forces, springs and
-servos change with the creep as fast as their stiffness lets them: they have followed it for a while.
+A soft contact of MuJoCo (analytic/errors/contact_models/soft_friction.py has its law) resists a
+slip v by a force that is linear in v, until it reaches the friction limit. At rest under loads,
+bodies creep at the velocity at which all friction forces balance the loads. Normal forces, springs
+and servos change with the creep as their stiffness lets them: they have followed it for a while.
 
-Elliptic cone: F = min(b v/R_t, mu N) with R_t = R mu_1^2/(mu^2 ratio). Pyramid: along the tangent i,
-the two edges push with f = max(0, k d r -+ b mu_i v_i)/R_e at a depth r; all edges of a contact carry
-N, which gives r, and F_i = mu_i times the difference of the two.
+Elliptic cone: F = min(b v/R_t, mu N) with R_t = R mu_1^2/(mu^2 ratio). Pyramid: along the tangent
+i, the two edges push with f = max(0, k d r -+ b mu_i v_i)/R_e at a depth r; all edges of a contact
+carry N, which gives r, and F_i = mu_i times the difference of the two.
 """
 
 from __future__ import annotations
@@ -25,14 +25,15 @@ from plumbob.analytic.schemes import SoftPoint
 
 # Each iteration replaces the resistance by force over speed, which lowers a convex energy; contacts
 # near their limits need the most.
-MOST_ITERATIONS = 2000
+MOST_CREEP_ITERATIONS = 2000
 UNCHANGED = 1e-9  # relative change of all velocities that ends the iterations
 # [m/s] speed below which force over speed is that of rest: far below every creep of interest
 NO_SPEED = 1e-15
-# [s] time over which normal forces, springs and servos resist a creep. Rigid ones would lock fingers
-# whose faces are not parallel; in truth their forces change little in this time. Predictions for
-# fingers on hinges, stacks and a robot on legs differ by less than 2 % between 10 s and 1000 s.
-FOLLOWED = 100.0
+# [s] time over which normal forces, springs and servos resist a creep. Rigid ones would lock
+# fingers whose faces are not parallel; in truth their forces change little in this time. Between
+# 10 s and 1000 s, predictions for fingers on hinges, stacks and a robot on legs differ by less than
+# 2 %.
+CREEP_TIME = 100.0
 SHALLOWEST = 1e-9  # [m] smallest depth of a contact whose stiffness counts
 
 
@@ -40,19 +41,19 @@ SHALLOWEST = 1e-9  # [m] smallest depth of a contact whose stiffness counts
 class SoftRows:
     """A soft contact in n velocity coordinates that carries a load."""
 
-    rows: Array  # of the normal and of k velocities that friction resists, shape (1 + k, n)
+    # Rows of the normal velocity and of k velocities that friction resists, shape (1 + k, n)
+    rows: Array
     friction: Array  # coefficients of friction [1 or m], shape (k,)
     load: float  # [N] normal force
     weight: float  # [1/kg] inverse effective mass by which the engine regularises the contact
     point: SoftPoint
-    friction_damping: float | None = (
-        None  # [1/s] of the tangential rows; None: that of the normal
-    )
+    # Damping [1/s] of the tangential rows; None: the damping of the normal row
+    friction_damping: float | None = None
 
     def normal_resistance(self, step: float) -> float:
         """Returns what resists a slow normal velocity [N s/m]."""
         depth = depth_under(self.point, self.load * self.weight, step)
-        return FOLLOWED * self.load / max(depth, SHALLOWEST)
+        return CREEP_TIME * self.load / max(depth, SHALLOWEST)
 
     def damping(self, step: float) -> float:
         """Returns the damping b of the tangential rows [1/s]."""
@@ -67,7 +68,8 @@ class SoftRows:
         stick = self.damping(step) / softness * (self.friction / self.friction[0]) ** 2
         # The cone limits |F_i/mu_i|.
         force = float(np.linalg.norm(stick * slips / self.friction))
-        return stick * min(1.0, self.load / force if force else 1.0)
+        limited = min(1.0, self.load / force) if force else 1.0
+        return np.asarray(stick * limited)
 
     def pyramid_resistances(self, step: float, slips: Array) -> Array:
         """Returns the friction force over the slip [N s/m] along each tangential row."""
@@ -120,7 +122,7 @@ def steady_creep(
     basis = null_space(held) if len(held) else np.eye(len(load))
     pull = basis.T @ (load + normals.T @ loads)
     velocity = np.zeros(len(load))
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(MOST_CREEP_ITERATIONS):
         resistance = always.copy()
         for contact in contacts:
             rows = contact.rows[1:]
@@ -128,7 +130,8 @@ def steady_creep(
                 coefficients = contact.resistances(step, rows @ velocity)
                 resistance += rows.T @ (coefficients[:, None] * rows)
         reduced = basis.T @ resistance @ basis
-        last, velocity = velocity, basis @ np.linalg.lstsq(reduced, pull, rcond=1e-14)[0]
+        moved = np.linalg.lstsq(reduced, pull, rcond=1e-14)[0]
+        last, velocity = velocity, np.asarray(basis @ moved)
         change = np.abs(velocity - last).max(initial=0.0)
         if change <= UNCHANGED * np.abs(velocity).max(initial=0.0):
             return velocity

@@ -39,7 +39,7 @@ def impedance(point: SoftPoint, depth: float) -> float:
     else:
         fall = (1.0 - fraction) ** point.power
         rise = 1.0 - fall / (1.0 - point.midpoint) ** (point.power - 1.0)
-    return at_surface + (at_width - at_surface) * rise
+    return float(at_surface + (at_width - at_surface) * rise)
 
 
 def rates(point: SoftPoint, step: float) -> tuple[float, float]:

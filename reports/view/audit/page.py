@@ -13,7 +13,7 @@ from typing import Any
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
-from plumbob.engines.audit.holds import LONG, SHORT, HoldsAudit
+from plumbob.engines.audit.holds import LONG_CREEP, SHORT_CREEP, HoldsAudit
 from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
 from plumbob.reports.advice.audit_summary import audit_summary
 from plumbob.reports.advice.creep_options import options_text
@@ -66,8 +66,8 @@ def audit_answer(audit: AnyAudit) -> Finding:
     elif isinstance(audit, HoldsAudit):
         numbers |= {
             "snippet": holds_snippet(audit),
-            "short": SHORT,
-            "long": LONG,
+            "short": SHORT_CREEP,
+            "long": LONG_CREEP,
             "infinite": math.inf,
         }
         (finding,) = worded("audit/holds", numbers)

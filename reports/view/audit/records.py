@@ -11,7 +11,13 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.environment_returns import MotionReturn
 from plumbob.engines.audit.gradient import CertifiedGradient
-from plumbob.engines.audit.holds import LONG, SHORT, CreepRemedy, GroupVerdict, HoldsAudit
+from plumbob.engines.audit.holds import (
+    LONG_CREEP,
+    SHORT_CREEP,
+    CreepRemedy,
+    GroupVerdict,
+    HoldsAudit,
+)
 from plumbob.engines.audit.loop_stability import LoopStability
 from plumbob.engines.audit.mean_returns import EpisodeReturns, MeanInterval
 from plumbob.engines.audit.reference import MEASURE
@@ -378,8 +384,9 @@ def _holds_record(audit: HoldsAudit) -> Plain:
             "moved": audit.moved,
             "groups": list(map(_group_record, audit.groups)),
             "creep": creep.speed,
+            "steady": creep.steady,
             "predicted_creep": audit.predicted,
-            "distances": [creep.distances.get(time) for time in (SHORT, LONG)],
+            "distances": [creep.distances.get(time) for time in (SHORT_CREEP, LONG_CREEP)],
             "wanted_creep": audit.wanted,
             "options": audit.model.options,
             "to_paste": holds_snippet(audit),

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.creep import FOLLOWED, SoftRows, steady_creep
+from plumbob.analytic.errors.contact_models.creep import CREEP_TIME, SoftRows, steady_creep
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftPoint
@@ -38,25 +38,27 @@ from plumbob.engines.own_holds import (
 from plumbob.engines.own_motion import NotCertifiable, Start
 
 KINDS = mujoco.mjtConstraint
-EQUALITY = int(KINDS.mjCNSTR_EQUALITY)
+EQUALITY_ROW = int(KINDS.mjCNSTR_EQUALITY)
 DRY = (int(KINDS.mjCNSTR_FRICTION_DOF), int(KINDS.mjCNSTR_FRICTION_TENDON))
 LIMITED = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
 # Largest gap that counts as none, over the mean size of a body: places in a file are rounded
-TOUCH = 1e-3
-SETTLING = 1.0  # [s] in which the bodies come to rest: 50 default time constants of a contact
-MEASURED = 0.5  # [s] in which the creep is measured after that, and again until it is steady
-STEADY = (
-    0.02  # relative change of the creep from one measurement to the next that counts as none
-)
-MOST_MEASURED = 10  # number of measurements: 5 s for servos that give way slowly
+TOUCHING_GAP = 1e-3
+# [s] in which the creep is measured, again and again until it is steady: ten default time constants
+# of a contact, so that a fast creep is measured before a finger is left
+WINDOW = 0.2
+# Relative change of the creep from one measurement to the next that counts as none
+STEADY = 0.02
+NO_CHANGE = 1e-9  # [m/s] change that counts as none at any creep
+MOST_WINDOWS = 25  # number of measurements: 5 s for servos that give way slowly
+SLIPS = 0.999  # force of a dry joint over its largest from which on the joint slips
 # Largest acceleration of settled bodies over the free one: the resolution of statics
-QUIET = 1e-3
+SETTLED_WITHIN = 1e-3
 WANDERED = 0.25  # displacement over size beyond which bodies have left their start
 # Bounds of MuJoCo's solimp: smallest and largest impedance and midpoint
 IMPEDANCES = (1e-4, 0.9999)
-MOST_SECONDS = 5.0  # [s] processor time of a run
+MOST_RUN_SECONDS = 5.0  # [s] processor time of a run
 JOINT_DOFS = (6, 3, 1, 1)  # degrees of freedom of a free, ball, slide and hinge joint
-PART = 0.1  # [s] of a run between two looks at the clock
+CLOCK_PART = 0.1  # [s] of a run between two looks at the clock
 
 
 def held_bodies(model: Any, start: Start, body: str | None) -> MujocoHeld:
@@ -75,7 +77,7 @@ def held_bodies(model: Any, start: Start, body: str | None) -> MujocoHeld:
             what = (
                 f"{body} touches nothing" if body else "no body that can move touches anything"
             )
-            raise NotCertifiable(f"{what} at the start, or after {SETTLING:g} s")
+            raise NotCertifiable(f"{what} at the start, or where it comes to rest")
         return held
 
 
@@ -141,9 +143,28 @@ class MujocoHeld:
 
     @cached_property
     def _rested(self) -> Any:
-        """The mjData after the time in which bodies settle; None if the run diverges."""
+        """The mjData after the time in which the creep becomes steady; None if the run diverges."""
+        return self._creeping[0]
+
+    @cached_property
+    def _creeping(self) -> tuple[Any, float, bool, float]:
+        """The mjData of bodies that creep, their speed [m/s], whether it is steady, and the
+        processor time [s] of a step; None and an infinite speed if the run diverges."""
         data = copy.copy(self.start)
-        return data if self._run(data, SETTLING) else None
+        speeds = list[float]()
+        begin = time.thread_time()
+        for _ in range(MOST_WINDOWS):
+            before = copy.copy(data)
+            if not self._run(data, WINDOW):
+                return None, math.inf, False, math.nan
+            speeds.append(self._moved(before, data)[0] / WINDOW)
+            # The first measurement has the way into the contacts.
+            change = abs(speeds[-1] - speeds[-2]) if len(speeds) > 2 else math.inf
+            if change <= STEADY * speeds[-1] + NO_CHANGE:
+                break
+        steps = len(speeds) * round(WINDOW / self.step)
+        seconds = (time.thread_time() - begin) / steps
+        return data, speeds[-1], change <= STEADY * speeds[-1] + NO_CHANGE, seconds
 
     @cached_property
     def settled(self) -> RestingPlace | None:
@@ -157,19 +178,19 @@ class MujocoHeld:
         mujoco.mj_forward(self.model, data)
         left = np.linalg.norm(_scaled(self.model, data, data.qacc))
         free = np.linalg.norm(_scaled(self.model, data, data.qacc_smooth))
-        if moved > WANDERED * size or left > QUIET * free:
+        if moved > WANDERED * size or left > SETTLED_WITHIN * free:
             return None
         return RestingPlace(tuple(self._groups(data, settled=True)), moved)
 
     def _run(self, data: Any, duration: float) -> bool:
         """Steps `data` for a duration [s], and returns whether it stays finite and is in time."""
         steps = round(duration / self.step)
-        part = max(1, round(PART / self.step))
+        part = max(1, round(CLOCK_PART / self.step))
         begin = time.thread_time()
         with collected():
             for first in range(0, steps, part):
                 mujoco.mj_step(self.model, data, min(part, steps - first))
-                if diverged(data) or time.thread_time() - begin > MOST_SECONDS:
+                if diverged(data) or time.thread_time() - begin > MOST_RUN_SECONDS:
                     return False
         return True
 
@@ -186,11 +207,11 @@ class MujocoHeld:
 
     @cached_property
     def _bodies(self) -> list[int]:
-        """The numbers of the bodies whose displacement counts."""
+        """The numbers of the bodies whose displacement counts: the one that is asked for, or those
+        that touch something at the start, or all if none do."""
         if self.body is not None:
             return [self.body]
-        groups = self.at_start.groups or tuple(self._groups(self._rested or self.start))
-        names = {name for group in groups for name in group.bodies}
+        names = {name for group in self.at_start.groups for name in group.bodies}
         movable = np.flatnonzero(self.model.body_treeid >= 0).tolist()
         chosen = [b for b in movable if name_of(self.model, "body", b) in names]
         return chosen or movable
@@ -217,34 +238,17 @@ class MujocoHeld:
     def creep(self, durations: tuple[float, ...] = ()) -> MeasuredCreep:
         """Returns how fast and how far the bodies creep after they have settled, over some
         `durations` [s] in ascending order, as far as there is time to run them."""
-        if self._rested is None:
-            return MeasuredCreep(math.inf, math.nan, {}, math.nan)
-        data = copy.copy(self._rested)
-        begin = time.thread_time()
-        speeds = self._steady_speeds(data)
-        held = math.isfinite(speeds[-1])
-        seconds = (time.thread_time() - begin) / (len(speeds) * round(MEASURED / self.step))
+        first, speed, steady, seconds = self._creeping
+        if first is None:
+            return MeasuredCreep(math.inf, False, math.nan, {}, math.nan)
+        data = copy.copy(first)
         depth = -float(data.contact.dist.min(initial=0.0))
         distances = dict[float, float]()
-        first = copy.copy(data)
         for duration in durations:
-            if not (held and self._run(data, duration + first.time - data.time)):
+            if not self._run(data, duration + first.time - data.time):
                 break
             distances[duration] = self._moved(first, data)[0]
-        return MeasuredCreep(speeds[-1], depth, distances, seconds)
-
-    def _steady_speeds(self, data: Any) -> list[float]:
-        """Steps `data` until the creep is steady, and returns the creep [m/s] in each measurement;
-        infinite if the run diverges."""
-        speeds = list[float]()
-        for _ in range(MOST_MEASURED):
-            before = copy.copy(data)
-            if not self._run(data, MEASURED):
-                return [*speeds, math.inf]
-            speeds.append(self._moved(before, data)[0] / MEASURED)
-            if abs(speeds[-1] - speeds[-2:][0]) <= STEADY * speeds[-1] and len(speeds) > 1:
-                break
-        return speeds
+        return MeasuredCreep(speed, steady, depth, distances, seconds)
 
     def predicted_creep(self) -> float | None:
         """Returns the speed [m/s] of the fastest corner that theory predicts for the loads of the
@@ -256,11 +260,12 @@ class MujocoHeld:
         contacts = tuple(self._soft_rows(data))
         if not contacts:
             return None
+        held, dry_resistance, dry_force = self._held_rows(data)
         velocity = steady_creep(
             contacts,
-            np.array(data.qfrc_smooth),
-            self._held_rows(data),
-            _joint_resistance(self.model, data),
+            data.qfrc_smooth + dry_force,
+            held,
+            _joint_resistance(self.model, data) + dry_resistance,
             self._safe_step,
         )
         if velocity is None:
@@ -333,22 +338,29 @@ class MujocoHeld:
             return None
         most = float(np.clip(contact.solimp[1], *IMPEDANCES))
         if time_constant > 0.0:
-            return 2.0 / (most * max(time_constant, 2.0 * self._safe_step))
-        return -second / most
+            return float(2.0 / (most * max(time_constant, 2.0 * self._safe_step)))
+        return float(-second / most)
 
-    def _held_rows(self, data: Any) -> Array:
-        """Returns the rows of velocities that are 0 where bodies creep, shape (n, nv): those of
-        equalities, of limits that push and of dry joints."""
+    def _held_rows(self, data: Any) -> tuple[Array, Array, Array]:
+        """Returns what holds joints where bodies creep: the rows of velocities that are 0, shape
+        (n, nv), of equalities and of limits that push; the resistance of dry joints that stick,
+        shape (nv, nv); and the force of dry joints that slip, shape (nv,)."""
         _, elliptic, rows = self._elliptic(data)
-        kinds = np.array(elliptic.efc_type)
-        acts = (np.array(elliptic.efc_force) != 0.0) & np.isin(kinds, (*DRY, *LIMITED))
-        return rows[acts | (kinds == EQUALITY)]
+        kinds, forces = np.array(elliptic.efc_type), np.array(elliptic.efc_force)
+        held = (kinds == EQUALITY_ROW) | (np.isin(kinds, LIMITED) & (forces != 0.0))
+        dry = np.isin(kinds, DRY)
+        slips = dry & (np.abs(forces) >= SLIPS * np.array(elliptic.efc_frictionloss))
+        sticks = rows[dry & ~slips]
+        # A dry joint that sticks has a row with a damping b and a softness R: it drifts at R F/b.
+        stiff = np.array(elliptic.efc_KBIP)[:, 1] / np.array(elliptic.efc_R)
+        resistance = sticks.T @ (stiff[dry & ~slips, None] * sticks)
+        return rows[held], resistance, forces[slips] @ rows[slips]
 
     def _groups(self, data: Any, settled: bool = False) -> Iterator[HeldGroup]:
         """Yields the groups of bodies that touch something in a state, or the group of the body
         that is asked for. The small accelerations that are left where bodies have settled are no
         part of their loads."""
-        gap = TOUCH * float(self.model.stat.meansize)
+        gap = TOUCHING_GAP * float(self.model.stat.meansize)
         model, elliptic, rows = self._elliptic(data, gap)
         load = np.array(elliptic.qfrc_smooth)
         inertia = np.zeros((model.nv, model.nv))
@@ -358,8 +370,8 @@ class MujocoHeld:
         for trees in _connected_trees(model, rows):
             if self.body is not None and model.body_treeid[self.body] not in trees:
                 continue
-            dofs = np.isin(model.dof_treeid, list(trees))
-            group = _Group(model, elliptic, rows, dofs)
+            dofs = np.flatnonzero(np.isin(model.dof_treeid, list(trees)))
+            group = _Group(model, elliptic, rows[:, dofs])
             contacts = tuple(group.contacts())
             if contacts:
                 yield HeldGroup(
@@ -368,7 +380,7 @@ class MujocoHeld:
                         inertia=inertia[np.ix_(dofs, dofs)],
                         load=load[dofs],
                         contacts=contacts,
-                        equalities=group.of_kinds((EQUALITY,))[0],
+                        equalities=group.of_kinds((EQUALITY_ROW,))[0],
                         stops=group.of_kinds(LIMITED)[0],
                         dry=group.of_kinds(DRY)[0],
                         dry_limits=group.of_kinds(DRY)[1],
@@ -382,13 +394,14 @@ class MujocoHeld:
 class _Group:
     """The constraints of some degrees of freedom of a model with elliptic cones."""
 
-    def __init__(self, model: Any, data: Any, rows: Array, dofs: Array) -> None:
-        self.model, self.data, self.rows, self.dofs = model, data, rows[:, dofs], dofs
+    def __init__(self, model: Any, data: Any, rows: Array) -> None:
+        """`rows` are the rows of all constraints in these degrees of freedom."""
+        self.model, self.data, self.rows = model, data, rows
         self.kinds = np.array(data.efc_type)
         self.numbers = [
             number
             for number, contact in enumerate(data.contact)
-            if contact.efc_address >= 0 and rows[contact.efc_address][dofs].any()
+            if contact.efc_address >= 0 and rows[contact.efc_address].any()
         ]
 
     @property
@@ -457,6 +470,6 @@ def _joint_resistance(model: Any, data: Any) -> Array:
             joint
         ]
     moments = actuator_moments(model, data)
-    servos = -model.actuator_biasprm[:, 1] * FOLLOWED - model.actuator_biasprm[:, 2]
-    resistance = np.diag(springs * FOLLOWED + np.ravel(model.dof_damping)[: model.nv])
+    servos = -model.actuator_biasprm[:, 1] * CREEP_TIME - model.actuator_biasprm[:, 2]
+    resistance = np.diag(springs * CREEP_TIME + np.ravel(model.dof_damping)[: model.nv])
     return np.asarray(resistance + moments.T @ (np.maximum(servos, 0.0)[:, None] * moments))
