@@ -15,9 +15,8 @@ def bisected(
     failed: Midpoint,
     middle: Callable[[Midpoint, Midpoint], Midpoint | None],
 ) -> tuple[Midpoint, Midpoint]:
-    """The largest number that holds and the smallest number that fails, of those tried between two
-    numbers of which one `held` and one `failed`. The search ends where two numbers have no
-    `middle`."""
+    """Returns the largest number tried that holds and the smallest that fails, between two numbers
+    of which one `held` and one `failed`. The search ends when two numbers have no `middle`."""
     while (between := middle(held, failed)) is not None:
         if holds(between):
             held = between

@@ -56,10 +56,11 @@ def roundings(steps: int) -> float:
     return 1.0 + 2.0 * float(np.sqrt(steps))
 
 
-def by_second_run(error: Array, other: Array) -> Array:
-    """Returns a bound on the `error` of a solver, shape (n,), from the error of an `other` run.
+def by_second_run(error: Array, second_error: Array) -> Array:
+    """Returns a bound on the `error` of a solver, shape (n,), from the `second_error` of a run with
+    a much smaller tolerance.
 
-    The other run's error is at most half of this error. The bound is twice the difference, at its
-    largest so far.
+    The second error is at most half of the error. The bound is SOLVER_FACTOR times their
+    difference, at its largest so far.
     """
-    return np.maximum.accumulate(SOLVER_FACTOR * np.abs(error - other))
+    return np.maximum.accumulate(SOLVER_FACTOR * np.abs(error - second_error))

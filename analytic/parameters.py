@@ -107,6 +107,7 @@ def numbers(name: str, value: Any, shape: tuple[int, ...], requirement: str) -> 
     """
 
     def checked(row: str, part: Any, part_shape: tuple[int, ...]) -> Any:
+        """Returns a `part` of the value as nested tuples. `row` is its name in a message."""
         if not part_shape:
             return finite(row, part)
         count, *inner_shape = part_shape

@@ -73,6 +73,7 @@ def remembered(observe: Callable[[Any, Array], Signals]) -> Callable[[Any, Array
 
     @lru_cache(CACHED_RESULTS)
     def known(motion: Any, times: bytes) -> Signals:
+        """Returns the observables at `times`, the bytes of times [s]."""
         observed = observe(motion, np.frombuffer(times))
         for values in observed.values():
             values.setflags(write=False)

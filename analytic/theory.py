@@ -14,7 +14,8 @@ Coefficients = Mapping[int, Signals]
 exact."""
 
 
-TRUST = 0.1  # chosen: largest sum of the last two terms of a series, over the whole series
+# chosen: largest sum of the last two terms of a series, over the sum of all terms
+LARGEST_LAST_TERMS = 0.1
 # Calibrated: largest nonlinearity of the motion's response at which the remainder of a series is
 # bounded by its last two terms and `left_open.nonlinear_part`. At a nonlinearity of 0.09 (RK4 next
 # to a separatrix) the last two terms bound only two thirds of the remainder.
@@ -25,11 +26,12 @@ def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> 
     """Returns whether a series describes the error at its step.
 
     `terms` are {p: largest |C_p| step^p}, `largest` is the largest value of their sum. The sum of
-    the last two terms must be at most the fraction TRUST of `largest`. One term would not be
-    enough: every other term of a nearly symmetric scheme can be tiny. The `nonlinearity` of the
-    motion's response must be at most LARGEST_NONLINEARITY."""
+    the last two terms must be at most the fraction LARGEST_LAST_TERMS of `largest`. One term would
+    not be enough: every other term of a nearly symmetric scheme can be tiny. The `nonlinearity` of
+    the motion's response must be at most LARGEST_NONLINEARITY.
+    """
     last = sum(terms[p] for p in sorted(terms)[-2:])
-    return nonlinearity <= LARGEST_NONLINEARITY and last <= TRUST * largest
+    return nonlinearity <= LARGEST_NONLINEARITY and last <= LARGEST_LAST_TERMS * largest
 
 
 @dataclass(frozen=True)

@@ -29,20 +29,20 @@ cos = _elementwise(math.cos, np.cos)
 sqrt = _elementwise(math.sqrt, np.sqrt)
 
 
-def varied(given: Any, part: float) -> Iterator[Any]:
-    """Yields copies of a dataclass or array `given`, each with one number reduced by the fraction
-    `part`. Every number except zeros is reduced in turn."""
-    if is_dataclass(given) and not isinstance(given, type):
-        for field in fields(given):
-            for reduced in varied(getattr(given, field.name), part):
-                yield replace(given, **{field.name: reduced})
-    elif getattr(given, "ndim", 0):  # an array of doubles or of 34 digits
-        for i in np.flatnonzero(given != 0.0):
-            reduced = given.copy()
-            reduced[i] = given[i] * (1.0 - part)
+def varied(inputs: Any, fraction: float) -> Iterator[Any]:
+    """Yields copies of a dataclass or array, the `inputs`, each with one number reduced by a
+    `fraction` of its value. Every number except zeros is reduced in turn."""
+    if is_dataclass(inputs) and not isinstance(inputs, type):
+        for field in fields(inputs):
+            for reduced in varied(getattr(inputs, field.name), fraction):
+                yield replace(inputs, **{field.name: reduced})
+    elif getattr(inputs, "ndim", 0):  # an array of doubles or of 34 digits
+        for i in np.flatnonzero(inputs != 0.0):
+            reduced = inputs.copy()
+            reduced[i] = inputs[i] * (1.0 - fraction)
             yield reduced
-    elif isinstance(given, float) and given:
-        yield given * (1.0 - part)
+    elif isinstance(inputs, float) and inputs:
+        yield inputs * (1.0 - fraction)
 
 
 def rounded_inputs(

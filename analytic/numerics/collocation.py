@@ -19,7 +19,7 @@ MAX_NEWTON_ITERATIONS = 12  # largest number of Newton steps
 CONVERGED = 1e-15  # size of a step at which the iteration has converged
 ROUNDOFF_STEP = 1e-12  # size below which a step that no longer shrinks is round-off
 DIVERGED_SIZE = 1e6  # size beyond which the iteration has diverged
-FACTORED = 1e-4  # size below which the next step uses the same matrix again
+REUSED_MATRIX_STEP = 1e-4  # size below which the next step uses the same matrix again
 STEP_RATIO_FOR_NEW_MATRIX = 0.1  # ratio of two steps beyond which the second needs a new matrix
 LARGEST_EXPONENT = 3.0  # largest growth of a first guess, in e-folds
 
@@ -193,7 +193,7 @@ def collocate(
         if step > DIVERGED_SIZE:
             return None
         converges_slowly = not needs_matrix and step > STEP_RATIO_FOR_NEW_MATRIX * previous
-        if step > FACTORED or converges_slowly:
+        if step > REUSED_MATRIX_STEP or converges_slowly:
             newton = None
         previous = step
     return None
@@ -222,6 +222,7 @@ def _newton_correction(rule: Collocation, derivative: Array) -> Callable[[Array]
 
     def correction(residual: Array) -> Array:
         # LAPACK takes a single column as a vector.
+        """Returns the correction of the slopes, which overwrites the `residual`."""
         right: Any = residual[:, :implicit].reshape(-1)
         residual[:, :implicit] = dgetrs(factors, pivots, right)[0].reshape(-1, implicit)
         if implicit < residual.shape[1]:

@@ -43,12 +43,12 @@ class Response:
         change = weights[:, None] @ _row_per_node(self.slopes)[step]
         return self.states[step] + change.reshape(-1, *self.states.shape[1:])
 
-    def followed_by(self, other: Response) -> Response:
-        """Returns one response that joins this one and the `other`, which begins at its end."""
+    def followed_by(self, later: Response) -> Response:
+        """Returns one response that joins this one and the `later` one, which begins at its end."""
         return Response(
-            TimeGrid(np.append(self.orbit.breakpoints, other.orbit.breakpoints[1:])),
-            np.concatenate([self.states, other.states[1:]]),
-            np.concatenate([self.slopes, other.slopes]),
+            TimeGrid(np.append(self.orbit.breakpoints, later.orbit.breakpoints[1:])),
+            np.concatenate([self.states, later.states[1:]]),
+            np.concatenate([self.slopes, later.slopes]),
         )
 
     def at_nodes(self, derivative: int = 0) -> Array:

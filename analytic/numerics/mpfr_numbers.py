@@ -37,6 +37,7 @@ def _of_one(of_number: Callable[[Any], Any]) -> Callable[[Any], Mpfr]:
     of_array = np.frompyfunc(of_number, 1, 1)
 
     def result(number: Any) -> Mpfr:
+        """Returns the function of one operand."""
         value = number.values
         return Mpfr(of_number(value) if type(value) is _NUMBER else of_array(value))
 
@@ -48,9 +49,10 @@ def _of_two(of_numbers: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Mpfr]
     numbers. At least one of the operands is an `Mpfr`."""
     of_arrays = np.frompyfunc(of_numbers, 2, 1)
 
-    def result(one: Any, other: Any) -> Mpfr:
-        a = _raw(one)
-        b = _raw(other)
+    def result(left: Any, right: Any) -> Mpfr:
+        """Returns the function of two operands."""
+        a = _raw(left)
+        b = _raw(right)
         if type(a) in _SCALARS and type(b) in _SCALARS:
             return Mpfr(of_numbers(a, b))
         return Mpfr(of_arrays(a, b))
@@ -70,7 +72,7 @@ def _signed(size: Any, sign: Any) -> Any:
     return _CONTEXT.minus(size) if gmpy2.is_signed(sign) else size
 
 
-_ONE: Mapping[str, Callable[[Any], Mpfr]] = MappingProxyType(
+_UNARY: Mapping[str, Callable[[Any], Mpfr]] = MappingProxyType(
     {
         "absolute": _of_one(_CONTEXT.abs),
         "negative": _of_one(_CONTEXT.minus),
@@ -82,7 +84,7 @@ _ONE: Mapping[str, Callable[[Any], Mpfr]] = MappingProxyType(
         "floor": _of_one(_CONTEXT.floor),
     }
 )
-_TWO: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType(
+_BINARY: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType(
     {
         "add": _of_two(_CONTEXT.add),
         "subtract": _of_two(_CONTEXT.sub),
@@ -120,7 +122,7 @@ class Mpfr:
         self.values = values  # an mpfr, or an array of mpfr with dtype object
 
     def __array_ufunc__(self, function: Any, method: str, *operands: Any, **how: Any) -> Any:
-        rules: Mapping[str, Any] = _ONE if len(operands) == 1 else _TWO
+        rules: Mapping[str, Any] = _UNARY if len(operands) == 1 else _BINARY
         if method != "__call__" or how or function.__name__ not in rules:
             return NotImplemented
         return rules[function.__name__](*operands)
@@ -130,32 +132,32 @@ class Mpfr:
             return NotImplemented
         return _wrapped(function(*_unwrapped(parts), **how))
 
-    __add__ = _TWO["add"]
-    __sub__ = _TWO["subtract"]
-    __mul__ = _TWO["multiply"]
-    __truediv__ = _TWO["divide"]
-    __pow__ = _TWO["power"]
+    __add__ = _BINARY["add"]
+    __sub__ = _BINARY["subtract"]
+    __mul__ = _BINARY["multiply"]
+    __truediv__ = _BINARY["divide"]
+    __pow__ = _BINARY["power"]
     __radd__ = __add__
     __rmul__ = __mul__
-    __lt__ = _TWO["less"]
-    __le__ = _TWO["less_equal"]
-    __gt__ = _TWO["greater"]
-    __ge__ = _TWO["greater_equal"]
-    __eq__ = _TWO["equal"]
-    __ne__ = _TWO["not_equal"]
-    __abs__ = _ONE["absolute"]
-    __neg__ = _ONE["negative"]
+    __lt__ = _BINARY["less"]
+    __le__ = _BINARY["less_equal"]
+    __gt__ = _BINARY["greater"]
+    __ge__ = _BINARY["greater_equal"]
+    __eq__ = _BINARY["equal"]
+    __ne__ = _BINARY["not_equal"]
+    __abs__ = _UNARY["absolute"]
+    __neg__ = _UNARY["negative"]
     # For an array of dtype object, numpy calls these methods of its elements.
-    sqrt = _ONE["sqrt"]
-    sin = _ONE["sin"]
-    cos = _ONE["cos"]
-    arctan2 = _TWO["arctan2"]
+    sqrt = _UNARY["sqrt"]
+    sin = _UNARY["sin"]
+    cos = _UNARY["cos"]
+    arctan2 = _BINARY["arctan2"]
 
     def __rsub__(self, other: Any) -> Any:
-        return _TWO["subtract"](other, self)
+        return _BINARY["subtract"](other, self)
 
     def __rtruediv__(self, other: Any) -> Any:
-        return _TWO["divide"](other, self)
+        return _BINARY["divide"](other, self)
 
     def __hash__(self) -> int:
         return hash(self.values)

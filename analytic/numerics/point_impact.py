@@ -75,6 +75,7 @@ class PointImpact:
         v_at_end = v + rate * slip_end
 
         def impulse_at(speed: float) -> float:
+            """Returns the normal impulse [N s] at which the normal velocity is `speed` [m/s]."""
             if speed > v_at_end:
                 return slip_end + (speed - v_at_end) / rate_after
             return (speed - v) / rate

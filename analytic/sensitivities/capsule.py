@@ -23,7 +23,7 @@ from plumbob.analytic.systems.three_points.reference import PlaneReference
 PHASE_LENGTH_DIFFERENCE = 0.1
 # Largest relative difference between sliding times if all supports stop together. Supports of a
 # neighbour then stop one by one, which makes an error of first order in this difference.
-TOGETHER = 1e-6
+SIMULTANEOUS_STOP_DIFFERENCE = 1e-6
 
 
 def capsule_gradients(
@@ -64,7 +64,8 @@ def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
     if not isinstance(here, ThreePointMotion):
         if not isinstance(there, ThreePointMotion):
             return True
-        return bool(abs(there.sliding_time / here.sliding_time - 1.0) < TOGETHER)
+        difference = abs(there.sliding_time / here.sliding_time - 1.0)
+        return bool(difference < SIMULTANEOUS_STOP_DIFFERENCE)
     if not isinstance(there, ThreePointMotion):
         return False
     names, begins = _phases(here)

@@ -32,8 +32,9 @@ OFFSETS_LEFT_OUT = 2  # offsets that the stencil of lower order leaves out
 STENCIL_UNCERTAINTY_FACTOR = 4.0
 # Uncertainty over the standard deviation of errors of g. The factor is large because the deviation
 # is estimated from few independent values: times and observables have nearly equal errors.
-DEVIATIONS = 8.0
-USUAL = 0.75  # quantile over the times of the size of these errors that is taken for all times
+DEVIATION_FACTOR = 8.0
+# quantile, over the times, of the size of these errors: it is the least size at every time
+USUAL_QUANTILE = 0.75
 SIZE_OF_EXACT_ZERO = 1e-300  # size of the error of a value that is 0 and exact
 
 Value = TypeVar("Value")
@@ -119,15 +120,21 @@ class Neighbours(Generic[Value]):
             uncertainty += rounding * np.abs(weights).sum()
         if errors is not None:
             scale = errors + rounding + SIZE_OF_EXACT_ZERO
-            noise = np.tensordot(self._unexplained, differences, 1) / scale
-            deviations = np.sqrt(np.mean(noise**2, axis=tuple(range(noise.ndim - 1))))
-            # If a formula changes between neighbours, only the errors near that time are larger.
-            usual = 0.0
-            if deviations.any():
-                usual = np.quantile(deviations[deviations > 0.0], USUAL)
-            ratio = np.maximum(usual, deviations)
-            uncertainty += DEVIATIONS * ratio * scale * np.linalg.norm(weights)
+            ratio = self._unexplained_errors(differences, scale)
+            uncertainty += DEVIATION_FACTOR * ratio * scale * np.linalg.norm(weights)
         return derivative, uncertainty
+
+    def _unexplained_errors(self, differences: Array, scale: Array) -> Any:
+        """Returns the standard deviation of the values' errors that no polynomial explains, over
+        their `scale`, at each time, shape (n,). The `differences` of the values have the offsets
+        along the first axis and the times along the last."""
+        noise = np.tensordot(self._unexplained, differences, 1) / scale
+        deviations = np.sqrt(np.mean(noise**2, axis=tuple(range(noise.ndim - 1))))
+        # If a formula changes between neighbours, only the errors near that time are larger.
+        usual = 0.0
+        if deviations.any():
+            usual = np.quantile(deviations[deviations > 0.0], USUAL_QUANTILE)
+        return np.maximum(usual, deviations)
 
 
 def in_rows(observed: Signals, names: Sequence[str]) -> Array:

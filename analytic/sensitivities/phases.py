@@ -27,9 +27,9 @@ from plumbob.analytic.sensitivities.neighbours import (
 
 # Widths of the stencils for do/dt over the length of the phase. Close to the end of a phase short
 # stencils are needed: a support's direction settles as a power of the time that is left.
-WINDOWS = 0.125 ** np.arange(1.0, 6.0)
+WINDOW_RATIOS = 0.125 ** np.arange(1.0, 6.0)
 # Latest fraction of a phase: at its very end round-off decides which formula holds.
-LATEST = 1.0 - 1e-11
+LATEST_FRACTION = 1.0 - 1e-11
 
 
 @dataclass(frozen=True)
@@ -68,15 +68,17 @@ def _phase_sensitivities(
     since = times - here.switches[phase]
     last = phase + 1 == len(here.switches)
     length = np.inf if last else float(here.switches[phase + 1] - here.switches[phase])
-    fraction = np.minimum(since / length, LATEST)
+    fraction = np.minimum(since / length, LATEST_FRACTION)
 
     def tau(motion: Phased) -> Array:
+        """Returns tau(q) of a motion: the times [s] at the same fractions of its phase."""
         begin = motion.switches[phase]
         if last:
             return np.asarray(begin + since)
         return np.asarray(begin + fraction * (motion.switches[phase + 1] - begin))
 
     def read(motion: Phased) -> Array:
+        """Returns the observables of a motion at tau(q), shape (observables, n)."""
         return in_rows(motion.reference.observe(tau(motion)), names)
 
     # A motion with a closed form has neighbours without one, whose uncertainties are larger.
@@ -106,7 +108,7 @@ def _slopes(
     slopes = np.zeros(shape)
     uncertainty = np.full(shape, np.inf)
     inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # away from the nearer end
-    for width in length * WINDOWS:
+    for width in length * WINDOW_RATIOS:
         step = inward * width / OFFSETS_ABOVE[-1]
         ahead = tuple(
             in_rows(motion.reference.observe(times + k * step), names) for k in OFFSETS_ABOVE

@@ -90,9 +90,11 @@ def _response(
     nodes, states, flow = motions[0].here.linearised(grid, stages)
 
     def slope(motion: SmoothMotion) -> Array:
+        """Returns f on the exact motion, with a neighbour's parameters."""
         return motion.slope(nodes, states)
 
     def initial_state(motion: SmoothMotion) -> Any:
+        """Returns z(0) of a neighbour."""
         return motion.start
 
     forcing = stacked([neighbours.derivative(slope) for neighbours in motions])
@@ -113,9 +115,11 @@ def observable_sensitivity(
     names = list(here.read(times, states))
 
     def read(motion: Any) -> Array:
+        """Returns a neighbour's observables on the exact motion, shape (observables, n)."""
         return in_rows(motion.read(times, states), names)
 
     def derivative_along(direction: Array) -> Array:
+        """Returns o_z times a `direction`, shape (observables, n)."""
         nudged = here.read(times, states + 1j * IMAGINARY_STEP * direction)
         return in_rows(nudged, names).imag / IMAGINARY_STEP
 

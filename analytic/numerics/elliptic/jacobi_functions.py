@@ -44,8 +44,8 @@ def half_turn(a: Quad, b: Quad) -> Quad:
 def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     """Returns sn, cn and dn by the descending Landen transformation (DLMF 22.7.2 to 22.7.4).
 
-    The transformation acts on cn/sn, so that nothing is subtracted. Arguments broadcast. To keep
-    its digits, tau should be within a turn or two.
+    The transformation acts on the ratio cn/sn and on dn, so that nothing is subtracted. Arguments
+    broadcast. To keep its digits, tau should be within a turn or two.
     """
     endless = b == 0.0
     steps = _means(a, choose(endless, a, b), 4e-16)  # the next two means would differ by 1e-32

@@ -32,11 +32,17 @@ from plumbob.analytic.reference import Array
 
 # If the energy above a saddle is less than this fraction of the potential, the cubic is written
 # with that energy as a factor: its roots nearly coincide, and would lose their digits.
-_NEAR = 1e-10
-_FADED = 20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
+_NEAR_SADDLE = 1e-10
+_REST_PHASE = (
+    20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
+)
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
-_REACHED = 1e-15  # relative distance by which rounding moves an angle past a turning point
-OF_PERIOD = 1024  # samples for the action: half of them cover 100 time constants of a saddle
+_ANGLE_ROUNDING = (
+    1e-15  # relative distance by which rounding moves an angle past a turning point
+)
+ACTION_SAMPLES = (
+    1024  # samples for the action: half of them cover 100 time constants of a saddle
+)
 # samples in a period: the motion turns back at most once between two of them
 TURNING_SAMPLES = 65
 
@@ -56,6 +62,7 @@ class _Weierstrass:
     def of(cls, shift: Quad, c1: Quad, c0: Quad) -> _Weierstrass:
         """Returns P for the cubic 4 y^3 + 6 p y^2 - c1 y - c0 in y = e - p/2, p the `shift`."""
         y = _isolated_root(shift, c1, c0)
+        # product, sum and squared difference of the other two roots
         product = c0 / (4 * y)
         total = -(c1 / 4 + product) / y
         gap = total * total - 4 * product
@@ -63,14 +70,16 @@ class _Weierstrass:
         root = np.sqrt(abs(gap))
         upper = (total + root) / 2
         lower = (total - root) / 2
-        first = y > upper
+        y_is_largest = y > upper
+        # If the other roots are complex, each is at the distance `size` from y, and A^2 = 4 size.
+        # B^2 = 2 size + 2 y - total, written without a difference of nearly equal numbers.
         size = np.sqrt(y * y - total * y + product)
         triple = 2 * y - total
         narrow = choose(triple < 0, -gap / (2 * size - triple), 2 * size + triple)
-        a = choose(real, choose(first, y - lower, upper - y), 4 * size)
-        b = choose(real, choose(first, y - upper, root), narrow)
-        e = choose(real & first, lower, y) + shift / 2
-        return cls(3 * shift * shift + c1, e, real, np.sqrt(a), np.sqrt(b))
+        a_squared = choose(real, choose(y_is_largest, y - lower, upper - y), 4 * size)
+        b_squared = choose(real, choose(y_is_largest, y - upper, root), narrow)
+        e = choose(real & y_is_largest, lower, y) + shift / 2
+        return cls(3 * shift * shift + c1, e, real, np.sqrt(a_squared), np.sqrt(b_squared))
 
     @property
     def period(self) -> Quad:
@@ -172,14 +181,14 @@ class EllipticMotion:
             finite = np.isfinite(double(self.period))
             cycle = choose(finite, self.period, quad(1.0))
             turns = choose(finite, np.rint(double(times / cycle)), 0.0)
-            spent = times - turns * cycle
+            time_in_period = times - turns * cycle
             if not np.all(finite):
-                faded = choose(finite, quad(np.inf), _FADED / self.function.a)
-                spent = np.minimum(np.maximum(spent, -faded), faded)
-            half_angle, rate = self._half_angle_and_rate(spent)
-            sense = self.sense * np.sign(double(spent))
+                longest = choose(finite, quad(np.inf), _REST_PHASE / self.function.a)
+                time_in_period = np.minimum(np.maximum(time_in_period, -longest), longest)
+            half_angle, rate = self._half_angle_and_rate(time_in_period)
+            sense = self.sense * np.sign(double(time_in_period))
             change = 2 * self._with_whole_turns(half_angle, turns, sense)
-            zeros = np.zeros(np.shape(spent))
+            zeros = np.zeros(np.shape(time_in_period))
             theta = self.theta0 + choose(self.rest, zeros, change)
             return double(theta), double(choose(self.rest, zeros, rate))
 
@@ -191,10 +200,13 @@ class EllipticMotion:
         """
 
         def around() -> Quad:
+            """Returns half the angle of a rotation: each period adds half a turn."""
             past_half_turn = choose(sense > 0, half < 0, (half > 0) & (sense < 0))
             return half + PI * (choose(past_half_turn, sense, 0.0) + self.sense * turns)
 
         def within() -> Quad:
+            """Returns half the angle of a libration: it stays between two passages of the highest
+            barrier."""
             turn = (self.top - self.theta0) / (2 * PI)
             to_barrier = PI * (turn - np.floor(turn))  # half the angle, forward from the start
             return half - PI * (np.floor((half - to_barrier) / PI) + 1)
@@ -205,6 +217,8 @@ class EllipticMotion:
         """Returns half the angle from the start, modulo pi, and theta_dot [rad/s], at `times` [s]
         within half a period of the start."""
         a1, a2, a3, a4 = self.quartic[1:]
+        # Numerator and denominator of w (module docstring) are multiplied by r^2, so that both are
+        # finite at t = 0: x = even - odd and y.
         t = self.function.at(times)
         speed = self._start_speed
         centred = t.p - a2 / 2 * t.r
@@ -214,17 +228,15 @@ class EllipticMotion:
         even = t.r * push
         bend = speed * t.bend
         y = 2 * centred * centred - self._a0_a4 / 2 * t.r2
-        # w is x/y with x = even - odd, and also u/v. If w is infinite at the time -t, both x and y
-        # vanish at t, and u/v has to be used.
+        x = even - odd
+        x_rate = lift - bend  # r^2 times the derivative of the numerator
+        y_rate_times_x = 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h)
+        # w is x/y, and also u/v. If w is infinite at the time -t, both x and y vanish at t, and
+        # u/v has to be used.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
         v = even + odd
         return _from_larger(
-            (
-                even - odd,
-                y,
-                y * (lift - bend)
-                - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h),
-            ),
+            (x, y, y * x_rate - y_rate_times_x),
             (u, v, -2 * a4 * t.moving * v - u * (lift + bend)),
         )
 
@@ -248,7 +260,9 @@ class EllipticMotion:
         rule for the mean converges geometrically.
         """
         period = double(self.period)
-        rates = self.state(np.multiply.outer(np.arange(OF_PERIOD) / OF_PERIOD, period))[1]
+        rates = self.state(
+            np.multiply.outer(np.arange(ACTION_SAMPLES) / ACTION_SAMPLES, period)
+        )[1]
         return double(self.inertia) * np.mean(rates**2, axis=0) * period / (2 * np.pi)
 
     def time_at(self, theta: Array) -> Array:
@@ -259,7 +273,7 @@ class EllipticMotion:
         """
         period = float(double(self.period))
         periodic = math.isfinite(period)
-        last = period if periodic else float(double(_FADED / self.function.a))
+        last = period if periodic else float(double(_REST_PHASE / self.function.a))
         turns = 0.0 * theta
         if self.rotation and periodic:
             turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
@@ -267,7 +281,7 @@ class EllipticMotion:
         target = theta - turns * self.sense * 2 * np.pi
         edges = np.array([0.0, *self._turning_points(last), last])
         edge_angles = self.state(edges)[0]
-        tolerance = _REACHED * (1 + np.abs(theta))
+        tolerance = _ANGLE_ROUNDING * (1 + np.abs(theta))
         lowest = np.minimum(edge_angles[:-1], edge_angles[1:])
         highest = np.maximum(edge_angles[:-1], edge_angles[1:])
         above = lowest <= (target + tolerance)[:, None]
@@ -302,17 +316,17 @@ class EllipticMotion:
 
 
 def _from_larger(
-    one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]
+    first: tuple[Quad, Quad, Quad], second: tuple[Quad, Quad, Quad]
 ) -> tuple[Quad, Quad]:
-    """Returns half an angle and the angle's rate from the larger of two triples x, y, n.
-
-    The half angle is atan2(x, y), its rate n/(x^2 + y^2). Both triples describe the same angle.
-    """
-    size = one[0] * one[0] + one[1] * one[1]
-    other_size = other[0] * other[0] + other[1] * other[1]
-    other_is_larger = other_size > size
-    x, y, numerator = (choose(other_is_larger, b, a) for a, b in zip(one, other, strict=True))
-    return np.arctan2(x, y), 2 * numerator / np.maximum(size, other_size)
+    """Returns half an angle and the angle's rate from the larger of two triples x, y, n that
+    describe the same angle: the half angle is atan2(x, y), its rate n/(x^2 + y^2)."""
+    first_size = first[0] * first[0] + first[1] * first[1]
+    second_size = second[0] * second[0] + second[1] * second[1]
+    second_is_larger = second_size > first_size
+    x, y, numerator = (
+        choose(second_is_larger, b, a) for a, b in zip(first, second, strict=True)
+    )
+    return np.arctan2(x, y), 2 * numerator / np.maximum(first_size, second_size)
 
 
 def solve(
@@ -330,19 +344,21 @@ def solve(
     angle from that barrier, on the turn nearest to `theta`. Source: Sudakov 2015, eqs. 15 and 16,
     inverted.
     """
-    given = (potential.a, potential.b, potential.c, inertia, theta, theta_dot)
-    *coefficients, inertia, theta, theta_dot, rise, from_top = _broadcast(
-        *given, excess, theta_from_top
+    inputs = (potential.a, potential.b, potential.c, inertia, theta, theta_dot)
+    *coefficients, inertia, theta, theta_dot, given_excess, from_top = _broadcast(
+        *inputs, excess, theta_from_top
     )
     potential = TrigonometricPotential(*coefficients)
     with np.errstate(all="ignore"):  # infinite periods, and branches that are not chosen
-        top, other = _crests(potential)
-        between = _height(potential, top, other - top)
+        top, second = _crests(potential)
+        barrier_gap = _height(potential, top, second - top)
         if theta_from_top is not None:
-            theta = _nearest_top(potential, top, other, between, theta) + from_top
-        reach = _height(potential, top, theta - top)
-        kinetic = inertia * theta_dot * theta_dot / 2 if excess is None else rise + reach
-        above = kinetic - reach if excess is None else rise
+            theta = _nearest_top(potential, top, second, barrier_gap, theta) + from_top
+        below_top = _height(potential, top, theta - top)
+        kinetic = (
+            inertia * theta_dot * theta_dot / 2 if excess is None else given_excess + below_top
+        )
+        above = kinetic - below_top if excess is None else given_excess
         quartic = _quartic(potential, theta, kinetic, inertia)
         return EllipticMotion(
             potential=potential,
@@ -355,7 +371,7 @@ def solve(
             top=top,
             quartic=quartic,
             function=_weierstrass_function(
-                quartic, potential, inertia, (top, other), (above, above + between)
+                quartic, potential, inertia, (top, second), (above, above + barrier_gap)
             ),
         )
 
@@ -383,7 +399,7 @@ def _weierstrass_function(
     closer = abs(above[1]) < abs(above[0])
     energy = choose(closer, above[1], above[0])
     crest = choose(closer, crests[1], crests[0])
-    near = abs(energy) <= _NEAR * potential.scale
+    near = abs(energy) <= _NEAR_SADDLE * potential.scale
     at_crest = _quartic(potential, crest, energy, inertia)
     a0, a1, a2, a3, a4 = (choose(near, *pair) for pair in zip(at_crest, start, strict=True))
     # At a crest a3 = 0, g2 = 3 a2^2 + a0 a4 and g3 = a2 (a0 a4 - a2^2) - a1^2 a4. One root is near
@@ -448,20 +464,20 @@ def _crests(potential: TrigonometricPotential) -> tuple[Quad, Quad]:
     for a, b, c in zip(*coefficients, strict=True):
         tops = crests(TrigonometricPotential(a, b, c))
         pairs.append(np.append(tops, defaults[len(tops) > 0 :])[:2])
-    highest, other = np.array(pairs).T
+    highest, second = np.array(pairs).T
     shape = np.shape(potential.a)
-    return quad(highest.reshape(shape)), quad(other.reshape(shape))
+    return quad(highest.reshape(shape)), quad(second.reshape(shape))
 
 
 def _nearest_top(
-    potential: TrigonometricPotential, top: Quad, other: Quad, between: Quad, theta: Quad
+    potential: TrigonometricPotential, top: Quad, second_top: Quad, between: Quad, theta: Quad
 ) -> Quad:
-    """Returns the angle of the highest barrier on the turn nearest to `theta`; if both barriers are
-    equally high, the nearer one."""
+    """Returns the angle of the highest barrier on the turn nearest to `theta`. If both barriers are
+    equally high, which means that their difference `between` [J] is 0, it is the nearer one."""
     equal = abs(between) <= 1e-28 * potential.scale
     gap = _without_turns(top - theta)
-    other_gap = _without_turns(other - theta)
-    return theta + choose(equal & (abs(other_gap) < abs(gap)), other_gap, gap)
+    second_gap = _without_turns(second_top - theta)
+    return theta + choose(equal & (abs(second_gap) < abs(gap)), second_gap, gap)
 
 
 def _without_turns(angle: Quad) -> Quad:

@@ -17,12 +17,12 @@ from plumbob.analytic.numerics.power_series import constant, flow_series
 from plumbob.analytic.numerics.quad import Quad, double
 from plumbob.analytic.reference import Array
 
-_BLOCK = 32768  # times evaluated together, so that they stay in the cache
+_BLOCK_SIZE = 32768  # times evaluated together, so that they stay in the cache
 _DEGREE = 7  # degree of the Taylor series
 # Nodes in a time constant of the motion. With 8 of them the error of a rate is 7e-13, with 12 it is
 # 4e-14; 24 leave a margin.
-_NODES = 24.0
-_MOST = 2**14  # largest number of nodes, which take 0.07 s
+_NODES_PER_TIME_CONSTANT = 24.0
+_MAX_NODES = 2**14  # largest number of nodes, which take 0.07 s
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class OrbitTable:
     def state(self, times: Array) -> tuple[Array, Array]:
         """Returns theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         theta, rate = np.empty((2, times.size))
-        for start in range(0, times.size, _BLOCK):
-            part = slice(start, start + _BLOCK)
+        for start in range(0, times.size, _BLOCK_SIZE):
+            part = slice(start, start + _BLOCK_SIZE)
             theta[part], rate[part] = self._state(times[part])
         return theta, rate
 
@@ -88,8 +88,8 @@ def orbit_table(
     rate of the motion [1/s].
     """
     period = double(motion.period)
-    count = np.ceil(_NODES * fastest * period)
-    if not count <= _MOST:
+    count = np.ceil(_NODES_PER_TIME_CONSTANT * fastest * period)
+    if not count <= _MAX_NODES:
         return None
     times = np.linspace(0.0, period, int(count) + 1)
     start = [constant(part, _DEGREE) for part in motion.state(times)]

@@ -27,7 +27,7 @@ from plumbob.analytic.reference import Array
 # Points of the trapezoidal rule in a time 1/A. The integrand is analytic in the strip |Im t| <
 # pi/(2A) (DLMF 22.4), so that the rule's error is 1e-38.
 TRAPEZOID_POINTS = 9
-_FADED = 350.0  # A tau at which sech^2 is close to the smallest double
+_LONGEST_PHASE = 350.0  # A tau at which sech^2 is close to the smallest double
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,8 @@ class ReciprocalIntegral:
         mean = (self.a + self.b) / 2
         geometric = np.sqrt(self.a * self.b)
         rate = double(mean)
-        clipped = tau if double(geometric) else np.clip(tau, -_FADED / rate, _FADED / rate)
+        longest = _LONGEST_PHASE / rate
+        clipped = tau if double(geometric) else np.clip(tau, -longest, longest)
         s, c, d = jacobi(clipped, rate, double(geometric))
         modulus = (self.a - self.b) / (self.a + self.b) / (1 + self.f)  # k1/(1 + f)
         g = double(modulus * self.below_one)

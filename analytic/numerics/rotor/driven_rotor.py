@@ -98,6 +98,7 @@ def rotor_acceleration(rotor: DrivenRotor, library: Any = np) -> Callable[..., t
     autonomous = rotor.autonomous
 
     def acceleration(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
+        """Returns theta'' from the coefficients p, the time t, the angle and the rate."""
         (theta,) = q
         (rate,) = v
         total: Any = 0.0

@@ -32,10 +32,11 @@ def linear_motion(
     push = rotor.forcing_amplitude
     phase = quad(rotor.forcing_phase)
     start = np.array([quad(theta), quad(theta_dot), push * np.sin(phase), push * np.cos(phase)])
-    start = start[: 4 if push else 2, None, None]
+    size = 4 if push else 2  # without forcing the state is theta and theta_dot alone
+    start = start[:size, None, None]
     time = quad(np.ravel(times).astype(float)) / quad(2.0**doublings)
-    matrix = quad(_matrix(rotor)[: len(start), : len(start)])
-    powers = [quad(np.eye(len(start)))]
+    matrix = quad(_matrix(rotor)[:size, :size])
+    powers = [quad(np.eye(size))]  # of the matrix, over the factorials
     for n in range(1, SERIES_TERMS + 1):
         powers.append(_product(matrix, powers[-1]) / n)
     flow = quad(0.0)

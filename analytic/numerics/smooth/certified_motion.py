@@ -42,7 +42,7 @@ SECOND_METHOD_STEPS = 24  # steps of the second method in one step of the first
 # Largest relative size of a resolved step's last Legendre coefficients; a tenth is round-off.
 RESOLVED_COEFFICIENT = 1e-15
 # coefficients from this degree on decide whether a step may double
-SMOOTHER = 2 * CERTIFIED_STAGES // 3
+FIRST_HIGH_DEGREE = 2 * CERTIFIED_STAGES // 3
 MAX_STEP_TIME_CONSTANTS = 4.0  # longest step, in time constants of the fastest deviation
 SMALLEST_STEP_RATIO = 2.0**-24  # smallest step over the first step
 SIGMAS = 3.0  # standard deviations of the random walk that the steps' differences make
@@ -61,7 +61,7 @@ class _Track:
     response: Array
     variance: Array  # covariance of the last state by rounding in all steps, shape (d, d)
     size: Array  # largest magnitudes so far, shape (d,)
-    apart: Array  # largest difference of the two methods so far, shape (d,)
+    difference: Array  # largest difference of the two methods so far, shape (d,)
     times: Array  # [s] times at which the uncertainty is known, shape (m,)
     doubts: Array  # uncertainty at these times, shape (m, d)
     until: float = math.inf  # [s] end of the certified motion
@@ -168,7 +168,7 @@ def _first_track(system: SmoothSystem) -> _Track:
         response=np.eye(size, inputs + 1),
         variance=np.zeros((size, size)),
         size=np.abs(start),
-        apart=np.zeros(size),
+        difference=np.zeros(size),
         times=np.empty(0),
         doubts=np.empty((0, size)),
     )
@@ -199,10 +199,12 @@ def _extended_track(
     responses, response = _propagated_responses(track.response, block, shots)
     spread, variance = _rounding_spread(track.variance, block, shots)
     size = np.maximum(track.size, np.abs(states).max(axis=0))
-    apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
-    apart = np.maximum.accumulate(apart)[1:]
-    doubts = apart + spread + ULP * _condition(system, times, states, responses, size)
-    uncertain = ~np.all(doubts <= CERTIFIED_UNCERTAINTY * _scales(size, _rate(block)), axis=1)
+    differences = np.concatenate([track.difference[None], np.abs(responses[..., -1])])
+    differences = np.maximum.accumulate(differences)[1:]
+    input_rounding = ULP * _condition(system, times, states, responses, size)
+    doubts = differences + spread + input_rounding
+    allowed = CERTIFIED_UNCERTAINTY * _scales(size, _rate(block))
+    uncertain = ~np.all(doubts <= allowed, axis=1)
     until = block.orbit.duration if why else track.until
     if uncertain.any():
         until = float(times[uncertain.argmax()])
@@ -214,7 +216,7 @@ def _extended_track(
         response=response,
         variance=variance,
         size=size,
-        apart=apart[-1],
+        difference=differences[-1],
         times=np.concatenate([track.times, times]),
         doubts=np.concatenate([track.doubts, doubts]),
         until=until,
@@ -293,7 +295,7 @@ def _next_block(
         times.append(time)
         states.append(state)
         slopes.append(increments / step)
-        high_terms = np.abs(rule.spectrum[SMOOTHER:] @ increments / scale)
+        high_terms = np.abs(rule.spectrum[FIRST_HIGH_DEGREE:] @ increments / scale)
         smooth = high_terms.max() <= CERTIFIED_STAGES * RESOLVED_COEFFICIENT
         within_reach = 2 * step * _fastest_rate(system, time, state) <= MAX_STEP_TIME_CONSTANTS
         if smooth and within_reach and time % (2 * step) == 0.0:
@@ -309,6 +311,7 @@ def _right_hand_side(system: SmoothSystem, times: Array, step: float) -> RightHa
     `times` [s] of the nodes."""
 
     def rates(states: Array, with_jacobian: bool) -> tuple[Array, Array]:
+        """Returns the rates at the nodes and, `with_jacobian`, their derivatives by the states."""
         slopes = step * system.slope(times, states.T).T
         if not with_jacobian:
             return slopes, slopes  # the second array is not read

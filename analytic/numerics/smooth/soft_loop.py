@@ -10,7 +10,7 @@ MJX leaves out the term J' q'.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -33,14 +33,17 @@ def softened(
     """
     constant = max(loop.time_constant, 2 * step)
     damping = 2 / (loop.impedance * constant)
-    stiffness = damping / (2 * constant)
-    soft = inverse_mass * (1 - loop.impedance) / loop.impedance
+    constraint = _Constraint(
+        damping=damping,
+        stiffness=damping / (2 * constant),
+        softness=inverse_mass * (1 - loop.impedance) / loop.impedance,
+        curved=loop.curved,
+    )
 
     def forces(p: Any, time: Any, q: Any, v: Any) -> Any:
-        """Generalised forces: those of the open tree plus those that close the loop."""
-        state = (p, time, q, v)
+        """Returns the generalised forces of the open tree plus those that close the loop."""
         tree_forces, gap_jacobian, loop_forces = _loop_equation(
-            tree, gaps, state, damping, stiffness, soft, loop.curved
+            tree, gaps, (p, time, q, v), constraint
         )
         return (tree_forces + gap_jacobian.T @ loop_forces).tolist()
 
@@ -53,31 +56,35 @@ def loop_force(tree: SmoothSystem, gaps: Gaps, q: Array, v: Array) -> Array:
     It is l of eq. 1 without softness and gap. `q` and `v` are the tree's coordinates and rates,
     shape (n,) each.
     """
-    _, _, force = _loop_equation(tree, gaps, (tree.values, 0.0, q, v))
+    _, _, force = _loop_equation(tree, gaps, (tree.values, 0.0, q, v), _Constraint())
     return force
+
+
+@dataclass(frozen=True)
+class _Constraint:
+    """Coefficients of eq. 1; those of a rigid constraint by default."""
+
+    damping: float = 0.0  # b [1/s]
+    stiffness: float = 0.0  # k [1/s^2]
+    softness: float = 0.0  # R [1/kg]
+    curved: bool = True  # whether the term J' q' is included
 
 
 def _loop_equation(
     tree: SmoothSystem,
     gaps: Gaps,
-    at: tuple[Any, Any, Any, Any],
-    damping: float = 0.0,
-    stiffness: float = 0.0,
-    soft: float = 0.0,
-    curved: bool = True,
+    state: tuple[Any, Any, Any, Any],
+    constraint: _Constraint,
 ) -> tuple[Array, Array, Array]:
-    """Returns f, J and l of eq. 1.
-
-    `at` holds p, t, q and q'. `damping` is b, `stiffness` k and `soft` R. If the loop is not
-    `curved`, the term J' q' is left out.
-    """
-    p, _, q, v = at
+    """Returns f, J and l of eq. 1 in a `state` of p, t, q and q'."""
+    p, _, q, v = state
     mass: Array = np.array(tree.mass_matrix(p, q))
-    free: Array = np.array(tree.forces(*at))
+    tree_forces: Array = np.array(tree.forces(*state))
     gap, jacobian, curvature = (np.array(part) for part in gaps(p, q, v))
     mobility = np.linalg.solve(mass, jacobian.T)
-    required = -damping * (jacobian @ np.array(v)) - stiffness * gap - mobility.T @ free
-    if curved:
+    required = -constraint.damping * (jacobian @ np.array(v)) - constraint.stiffness * gap
+    required = required - mobility.T @ tree_forces
+    if constraint.curved:
         required = required - curvature
-    inverse_mass = jacobian @ mobility + soft * np.eye(len(gap))
-    return free, jacobian, np.linalg.solve(inverse_mass, required)
+    inverse_mass = jacobian @ mobility + constraint.softness * np.eye(len(gap))
+    return tree_forces, jacobian, np.linalg.solve(inverse_mass, required)

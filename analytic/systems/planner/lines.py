@@ -35,7 +35,8 @@ def line_time(track: Track, displacement: complex) -> float:
 
 def strokes(track: Track, rail: Rail, distance: float) -> list[tuple[Passage, ...]]:
     """Returns a few ways to move the body by `distance` [m]: line manoeuvres of the largest stroke
-    and a remainder, from one place or another on `rail`. Raises ParameterError."""
+    and one for the remainder. The ways differ in the place of the strokes on the `rail`. Raises
+    ParameterError."""
     unit = track.unit_line
     longest = min(track.limits.stroke, rail.high - rail.low)
     w1 = track.limits.acceleration
@@ -46,6 +47,8 @@ def strokes(track: Track, rail: Rail, distance: float) -> list[tuple[Passage, ..
         raise too_many(track.limits, count)
 
     def passage(part: float, fraction_before: float) -> Passage:
+        """Returns the line manoeuvre that moves the body by `part` [m], at a place of STROKE_PLACES
+        on the rail."""
         t1 = math.sqrt(part / -unit.displacement)
         length = closed_form(track.capsule, w1, w2, t1).stroke
         begin = rail.low + fraction_before * max(rail.high - rail.low - length, 0.0)

@@ -160,6 +160,7 @@ def slow_arc(
     swing = end - start
 
     def path(drive: float) -> SliderPath:
+        """Returns the path with the angular acceleration `drive` [rad/s^2]."""
         ramp = math.sqrt(0.5 * abs(swing) / drive)
         drives = (math.copysign(drive, swing), 0.0, -math.copysign(drive, swing))
         return arc(radius, start, drives, (ramp, ramp, ramp))

@@ -65,6 +65,10 @@ class Rail(NamedTuple):
         """Returns the place on the rail at `along` [m], signed along the direction from C."""
         return TrackPlace(self.part, cmath.rect(along, self.direction))
 
+    def reaches(self, along: float) -> bool:
+        """Returns True if the place at `along` [m] is on the rail, within SAME_PLACE_DISTANCE."""
+        return self.low - SAME_PLACE_DISTANCE <= along <= self.high + SAME_PLACE_DISTANCE
+
     @property
     def backward(self) -> Rail:
         """This rail with the opposite direction."""
@@ -162,10 +166,7 @@ class Track:
             for along in (self.limits.radius, -self.limits.radius):
                 direction = rail.direction if along > 0.0 else rail.direction + math.pi
                 angle = self._arc_angle(direction)
-                on_rail = (
-                    rail.low - SAME_PLACE_DISTANCE <= along <= rail.high + SAME_PLACE_DISTANCE
-                )
-                if on_rail and angle is not None:
+                if rail.reaches(along) and angle is not None:
                     joints.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
         return joints
 
@@ -181,14 +182,12 @@ class Track:
             return None
         first, last = self.arc
         sense = math.copysign(1.0, last - first)
-        from_first = (
-            sense * (angle - first) + SAME_PLACE_DISTANCE
-        ) % FULL_CIRCLE - SAME_PLACE_DISTANCE
-        return (
-            first + sense * from_first
-            if from_first <= abs(last - first) + SAME_PLACE_DISTANCE
-            else None
-        )
+        # An angle just before the first one counts as the first, not as a full circle after it.
+        shifted = (sense * (angle - first) + SAME_PLACE_DISTANCE) % FULL_CIRCLE
+        from_first = shifted - SAME_PLACE_DISTANCE
+        if from_first > abs(last - first) + SAME_PLACE_DISTANCE:
+            return None
+        return first + sense * from_first
 
     def places(self, point: PlanePoint) -> tuple[TrackPlace, ...]:
         """Returns all places of the track at `point` relative to C [m]. Raises ParameterError if
@@ -198,14 +197,11 @@ class Track:
             return (TrackPlace(ANYWHERE, position),)
         places = list[TrackPlace]()
         for rail in self.segments:
-            along = position * cmath.rect(1.0, -rail.direction)
-            on_line = abs(along.imag) <= SAME_PLACE_DISTANCE
-            if (
-                on_line
-                and rail.low - SAME_PLACE_DISTANCE
-                <= along.real
-                <= rail.high + SAME_PLACE_DISTANCE
-            ):
+            on_axes = position * cmath.rect(
+                1.0, -rail.direction
+            )  # along the rail and across it
+            is_on_line = abs(on_axes.imag) <= SAME_PLACE_DISTANCE
+            if is_on_line and rail.reaches(on_axes.real):
                 places.append(TrackPlace(rail.part, position))
         angle = self._arc_angle(cmath.phase(position))
         if angle is not None and abs(abs(position) - self.limits.radius) <= SAME_PLACE_DISTANCE:
@@ -234,7 +230,7 @@ class Track:
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
         """Returns ways to carry the body over `displacement` [m], in body axes: straight, or along
-        the two segments in either order."""
+        the two segments in either order. The slider moves along a leg against the body."""
         if not self.segments:
             rail = self._free_rail(cmath.phase(-displacement))
             return (((rail, abs(displacement)),),)
@@ -262,16 +258,19 @@ class Track:
         piece; on a curve they follow the curve and stop at its corners. Otherwise they are the
         faster of two ways: straight, or through C, where static friction allows the largest
         acceleration."""
-        c = TrackPlace(ANYWHERE, 0j)
-        ways = [((begin, end),), ((begin, c), (c, end))]
+        centre = TrackPlace(ANYWHERE, 0j)  # C
+        ways = [((begin, end),), ((begin, centre), (centre, end))]
         if begin.part == end.part != ANYWHERE:
             ways = ways[:1]
         elif self.is_curve:
-            leave, enter_arc = self.joints.get(begin.part, (begin, begin))
-            enter, leave_arc = self.joints.get(end.part, (end, end))
-            ways = [((begin, leave), (enter_arc, leave_arc), (enter, end))]
-        motions = [self._slow_motions(way) for way in ways]
-        return min(motions, key=lambda way: sum(motion.duration for motion in way))
+            # A place on the arc is its own corner.
+            leave_segment, enter_arc = self.joints.get(begin.part, (begin, begin))
+            enter_segment, leave_arc = self.joints.get(end.part, (end, end))
+            ways = [((begin, leave_segment), (enter_arc, leave_arc), (enter_segment, end))]
+        motions_of_ways = [self._slow_motions(way) for way in ways]
+        return min(
+            motions_of_ways, key=lambda motions: sum(motion.duration for motion in motions)
+        )
 
     def _slow_motions(
         self, pairs: Sequence[tuple[TrackPlace, TrackPlace]]
@@ -323,18 +322,18 @@ def curved_track(
     legs, arc, segments = checked_curve(legs, arc, segments)
     if segments is None:
         segments = tuple((direction_to(capsule, i), 0.0, limits.radius) for i in legs)
-    first, second = rails = tuple(
-        Rail(direction, min(ends), max(ends), part)
-        for part, (direction, *ends) in zip(
-            (FIRST_SEGMENT, SECOND_SEGMENT), segments, strict=True
-        )
-    )
+    rails = []
+    for part, segment in zip((FIRST_SEGMENT, SECOND_SEGMENT), segments, strict=True):
+        direction, *ends = segment
+        rails.append(Rail(direction, min(ends), max(ends), part))
+    first, second = rails
     angle = second.direction - first.direction
     if abs(math.sin(angle)) <= SAME_PLACE_DISTANCE:
         raise ParameterError("segments", segments, "on two lines, and not on one")
     if not isinstance(arc, str):
-        return Track(capsule, limits, rails, arc)
+        return Track(capsule, limits, (first, second), arc)
     swing = math.remainder(angle, FULL_CIRCLE)
     if arc == "longer":
         swing -= math.copysign(FULL_CIRCLE, swing)
-    return Track(capsule, limits, rails, (first.direction, first.direction + swing))
+    ends_of_arc = first.direction, first.direction + swing
+    return Track(capsule, limits, (first, second), ends_of_arc)

@@ -81,11 +81,14 @@ def exact_turn(
     from scipy.optimize import brentq
 
     def turn_through(swing: float) -> Turn:
+        """Returns the turn with the slider through `swing` [rad]."""
         return compute_turn(track, start(swing), circle.sense * swing)
 
     def excess(swing: float) -> float:
-        gain = circle.heading_gain(turn_through(swing).heading if swing else 0.0)
-        return gain - heading
+        """Returns by how much the turn of the slider through `swing` [rad] exceeds the heading
+        [rad]."""
+        turned = turn_through(swing).heading if swing else 0.0
+        return circle.heading_gain(turned) - heading
 
     if heading <= 0.0 or excess(longest) < 0.0:
         return None
@@ -119,8 +122,8 @@ def estimate_choices(
     fewest = math.ceil(heading / (HEADING_MARGIN * circle.heading_gain(turns[-1].heading)))
     most = min(fewest + EXTRA_COUNTS, track.limits.manoeuvres)
     for count in range(fewest, most + 1):
-        swing, shift, time = _interpolate_turn(turns, circle, heading / count)
-        time = count * time
+        swing, shift, turn_time = _interpolate_turn(turns, circle, heading / count)
+        time = count * turn_time
         # From turn to turn the shift of C rotates with the body, and with the slider's place.
         rotation = -heading / count
         if circle.extent is None:
@@ -189,6 +192,7 @@ def turns_of_choice(
     turns = list[Turn]()
 
     def start(swing: float) -> float:
+        """Returns the angle [rad] at which the next turn, through `swing` [rad], begins."""
         if turns:
             return math.remainder(turns[-1].passage.end.angle, FULL_CIRCLE)
         return float(circle.starts(swing)[choice.place])

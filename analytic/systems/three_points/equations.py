@@ -132,9 +132,11 @@ def sliding_rates(
 
 
 def _rates(body: Mechanics, terms: Configuration, motion: Any, delay: Any, clock: Clock) -> Any:
-    """Returns the rates, shape (..., n, 4), at `motion` = (p_x, p_y, omega), shape (3, ..., n). The
-    supports' arms are moved on by the time `delay` [s] at the slider's velocity. Plane vectors have
-    their components along the first axis."""
+    """Returns the rates, shape (..., n, 4), at `motion` = (p_x, p_y, omega), shape (3, ..., n).
+
+    The supports' arms are those `delay` [s] later, at the slider's present velocity. Plane vectors
+    have their components along the first axis.
+    """
     velocity = motion[:2]
     omega = motion[2]
     centre_velocity = body.mass_ratio * terms.velocity

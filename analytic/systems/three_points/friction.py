@@ -221,6 +221,7 @@ def _departure_guess(
     0 and reach `slip` at the time `delay`."""
 
     def guess(times: Array, terms: Configuration) -> Array:
+        """Returns (p_x, p_y, omega) at `times` [s] after the start, shape (n, 3)."""
         effective_times = times**2 / (2.0 * delay) if delay else times
         turning = omega + rate * times
         velocity = slip[0] * effective_times - 1j * turning * terms.arms[:, support]

@@ -108,24 +108,24 @@ def surely_sticks(
 
 
 def _moving_minimum(problem: FrictionProblem, free: Slip, near: Slip) -> Slip | None:
-    """Returns the minimum with the body in motion, found from `near` or from a pivot. Returns None
-    if rest has a lower value than these, or if a slip vanishes during the search; rest need not be
-    the minimum then."""
+    """Returns the minimum with the body in motion: a slide found from `near`, a pivot, or a slide
+    found from a pivot. Returns None if rest has a lower value than the velocities tried, or if a
+    slip vanishes during the search; rest need not be the minimum then."""
     scale = abs(free[0]) + abs(free[1]) * max(map(abs, problem.arms))
     if scale == 0.0:
         return None
     sliding = _newton_minimum(problem, free, near, scale, UNDAMPED_STEPS, damped=False)
     if sliding is not None:
         return sliding
-    pivots = [_pivot_candidate(problem, free, i) for i in range(3)]
-    for slip, excess, _ in pivots:
-        if slip[1] != 0.0 and excess <= 0.0:
-            return slip
-    begin, excess, impulse = min(pivots, key=lambda pivot: problem.value(free, pivot[0]))
-    if begin[1] != 0.0:
-        direction = impulse / abs(impulse) * excess / problem.mass
-        part = _damping_factor(problem, free, begin, (direction, 0.0), 0.0)
-        begin = begin[0] + part * direction, begin[1]
+    pivots = [_pivot_candidate(problem, free, support) for support in range(3)]
+    for pivot in pivots:
+        if pivot.turns and pivot.excess <= 0.0:
+            return pivot.slip
+    best = min(pivots, key=lambda pivot: problem.value(free, pivot.slip))
+    if best.turns:  # its support slips: the search starts a little along its impulse
+        direction = best.impulse / abs(best.impulse) * best.excess / problem.mass
+        part = _damping_factor(problem, free, best.slip, (direction, 0.0), 0.0)
+        begin = best.slip[0] + part * direction, best.slip[1]
         minimum = _newton_minimum(
             problem, free, begin, scale, MAX_FRICTION_NEWTON_STEPS, damped=True
         )
@@ -197,33 +197,47 @@ def load_factor(
 
 
 def _pivot_moments(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[float, float]:
-    """Returns the moment about support `pivot` that friction has to balance, and the largest moment
-    that friction can balance."""
+    """Returns the moment about support `pivot` that keeps the body from turning, and the largest
+    moment of friction on the other supports about it [N m s]."""
     arm = problem.arms[pivot]
     p, w = free
     moment = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real
     supports = zip(problem.limits, problem.arms, strict=True)
-    return moment, sum(limit * abs(other - arm) for limit, other in supports)
+    return moment, sum(limit * abs(other_arm - arm) for limit, other_arm in supports)
 
 
-def _pivot_candidate(
-    problem: FrictionProblem, free: Slip, pivot: int
-) -> tuple[Slip, float, complex]:
-    """Returns the velocities with support `pivot` at rest, the excess of its impulse over its
-    limit, and that impulse."""
+class PivotCandidate(NamedTuple):
+    """Velocities with one support at rest."""
+
+    slip: Slip
+    excess: float  # [N s] impulse that keeps the support at rest, less its limit
+    impulse: complex  # [N s]
+
+    @property
+    def turns(self) -> bool:
+        """Whether the body turns about the support."""
+        return self.slip[1] != 0.0
+
+
+def _pivot_candidate(problem: FrictionProblem, free: Slip, pivot: int) -> PivotCandidate:
+    """Returns the velocities with the support `pivot` at rest. They are zero if friction on the
+    other supports prevents the turn."""
     arm = problem.arms[pivot]
     moment, largest_moment = _pivot_moments(problem, free, pivot)
     if abs(moment) <= largest_moment:
-        return (0j, 0.0), math.inf, 0j
+        return PivotCandidate(ZERO_SLIP, math.inf, 0j)
     inertia = problem.inertia + problem.mass * abs(arm) ** 2
     o = (moment - math.copysign(largest_moment, moment)) / inertia
     u = -1j * o * arm
     friction = 0j
-    for k, (limit, other) in enumerate(zip(problem.limits, problem.arms, strict=True)):
-        if k != pivot:
-            friction += limit * (other - arm) / abs(other - arm)
+    for support, (limit, other_arm) in enumerate(
+        zip(problem.limits, problem.arms, strict=True)
+    ):
+        if support != pivot:
+            friction += limit * (other_arm - arm) / abs(other_arm - arm)
     impulse = problem.mass * (free[0] - u) - math.copysign(1.0, o) * 1j * friction
-    return (u, o), abs(impulse) - problem.limits[pivot] * (1.0 + EXCESS_ROUNDING), impulse
+    excess = abs(impulse) - problem.limits[pivot] * (1.0 + EXCESS_ROUNDING)
+    return PivotCandidate((u, o), excess, impulse)
 
 
 def _newton_minimum(
@@ -258,12 +272,11 @@ def _newton_step(
     problem: FrictionProblem, free: Slip, slip: Slip, smallest_speed: float
 ) -> tuple[Slip, float] | None:
     """Returns Newton's step for the minimum of `FrictionProblem.value` [J] at the velocities
-    `slip`, linear u and angular o, and the slope of that value along the step [J]. Returns None if
-    a support slips by `smallest_speed` [m/s] or less, where the value has no derivative, or if the
-    equations of the step are singular.
+    `slip`, linear u and angular o, and the slope of that value along the step [J].
 
     If a support's slip changes by w, its friction changes in proportion to (w - e^2 w*)/2, the part
-    of w across the direction e of the slip.
+    of w across the direction e of the slip. Returns None if a support slips by `smallest_speed`
+    [m/s] or less, where the value has no derivative, or if the equations of the step are singular.
     """
     # gradient of the value by the linear velocity u and the angular velocity o
     by_u = problem.mass * (slip[0] - free[0])

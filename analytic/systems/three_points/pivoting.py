@@ -8,6 +8,8 @@ integral over time of known functions.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -85,8 +87,8 @@ class Pivot:
 
     def margins(self, coefficients: Array, parameters: Array) -> tuple[Array, Array, Array]:
         """Returns three arrays of shape (n,) at `parameters` in [0, 1] of an element: the turning
-        speed [rad/s], the margin of |F_i| below its limit [N], and that limit [N]. Each of the
-        first two is positive until its event."""
+        speed [rad/s], the margin of |F_i| below its limit [N], and that limit [N]. The turning
+        stops when the speed falls to zero, and the support slips when the margin does."""
         _, _, omega, time, *_ = evaluate(coefficients, parameters).T
         terms = self.interval.at(time)
         needed = np.abs(self.motion(terms, omega)[1])
@@ -184,25 +186,40 @@ def _element(pivot: Pivot, state: SegmentState, size: float) -> tuple[Array, flo
 def _first_event(pivot: Pivot, coefficients: Array, rounding: float) -> tuple[float, Ending]:
     """Returns the parameter in [0, 1] of an element's first event, and the event: the turning
     stops, the support slips, or the element ends. `rounding` is the error of omega [rad/s]."""
-    from scipy.optimize import brentq
-
     parameters = np.linspace(0.0, 1.0, EVENT_SAMPLES)
     speed, reserve, limits = pivot.margins(coefficients, parameters)
-    events: list[tuple[float, Ending]] = [(1.0, "time")]
     # A margin below zero by no more than these errors does not count as an event.
-    roundings = rounding + 1e-14 * float(speed.max()), 1e-11 * float(limits[0])
-    endings: tuple[Ending, Ending] = ("stop", "slip")
-    for number, margins in enumerate((speed, reserve)):
+    speed_error = rounding + 1e-14 * float(speed.max())
+    force_error = 1e-11 * float(limits[0])
 
-        def margin(parameter: float, number: int = number) -> float:
-            return float(pivot.margins(coefficients, np.array([parameter]))[number][0])
+    def turning_speed(parameter: float) -> float:
+        """Returns the turning speed [rad/s] at one parameter."""
+        return float(pivot.margins(coefficients, np.array([parameter]))[0][0])
 
-        below = np.flatnonzero(margins < -roundings[number])
-        if below.size:
-            high = int(below[0])
-            low = max(high - 1, 0)
-            event = float(parameters[low])
-            if margins[low] > 0.0:
-                event = float(brentq(margin, event, parameters[high], xtol=1e-16, rtol=1e-15))
-            events.append((event, endings[number]))
+    def force_reserve(parameter: float) -> float:
+        """Returns the margin of the support's friction below its limit [N] at one parameter."""
+        return float(pivot.margins(coefficients, np.array([parameter]))[1][0])
+
+    stop = _first_zero(turning_speed, parameters, speed, speed_error)
+    slip = _first_zero(force_reserve, parameters, reserve, force_error)
+    events: tuple[tuple[float, Ending], ...] = ((stop, "stop"), (slip, "slip"), (1.0, "time"))
     return min(events)
+
+
+def _first_zero(
+    margin: Callable[[float], float], parameters: Array, samples: Array, error: float
+) -> float:
+    """Returns the first parameter at which a `margin` falls to zero; infinite if it does not fall
+    below -`error` at any of the `parameters`, where it has the values `samples`, shape (n,)."""
+    from scipy.optimize import brentq
+
+    below = np.flatnonzero(samples < -error)
+    if not below.size:
+        return math.inf
+    high = int(below[0])
+    low = max(high - 1, 0)
+    if samples[low] <= 0.0:
+        return float(parameters[low])
+    return float(
+        brentq(margin, float(parameters[low]), parameters[high], xtol=1e-16, rtol=1e-15)
+    )

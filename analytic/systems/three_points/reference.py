@@ -10,6 +10,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array, LinearResponse, Signals, remembered
 from plumbob.analytic.systems.capsule import (
+    NORMAL_FORCES,
     by_support,
     normal_force_uncertainty,
     normal_forces,
@@ -59,19 +60,23 @@ class PlaneReference(LinearResponse):
         """Bound on the error of each observable at `times` [s], shape (n,), by the motion's error
         and by rounded inputs."""
         error = self.motion.error
-        pose_errors = [
-            error.heading,
-            *error.position,
-            *error.velocity,
-            error.heading,
-            error.angular_velocity,
-        ]
-        pose_bounds = self.error_factor * np.concatenate(pose_errors)
-        bounds = (*pose_bounds.tolist(), *3 * (self._load_uncertainty(times),))
+        x, y = error.position[0]
+        velocity_x, velocity_y = error.velocity[0]
+        pose_errors = {
+            "body_angle": error.heading[0],
+            "x": x,
+            "y": y,
+            "velocity_x": velocity_x,
+            "velocity_y": velocity_y,
+            "heading": error.heading[0],
+            "heading_rate": error.angular_velocity[0],
+        }
+        bounds = {name: self.error_factor * float(part) for name, part in pose_errors.items()}
+        bounds |= dict.fromkeys(NORMAL_FORCES, self._load_uncertainty(times))
         uncertainty = {}
-        for (name, values), bound in zip(self.observe(times).items(), bounds, strict=True):
+        for name, values in self.observe(times).items():
             rounding = REFERENCE_ROUNDING * float(np.abs(values).max())
-            uncertainty[name] = np.full(np.shape(times), bound + rounding)
+            uncertainty[name] = np.full(np.shape(times), bounds[name] + rounding)
         return uncertainty
 
     def _load_uncertainty(self, times: Array) -> float:

@@ -75,15 +75,13 @@ def held_until(body: Mechanics, piece: Piece, start: float) -> float | None:
     terms = configuration(body, piece, times)
     wrenches = zip(*needed_wrench(body, terms), strict=True)
     excess = partial(excess_load, body, piece)
-    samples = zip(terms.limits, terms.arms, wrenches, strict=True)
-    for k, (limits, arms, wrench) in enumerate(samples):
-        if k == 0 or surely_sticks(limits, arms, *wrench):
+    samples = zip(times.tolist(), terms.limits, terms.arms, wrenches, strict=True)
+    last_held, *_ = next(samples)
+    for time, limits, arms, wrench in samples:
+        if surely_sticks(limits, arms, *wrench) or excess(time) <= LIMIT_ROUNDING:
+            last_held = time
             continue
-        if excess(float(times[k])) <= LIMIT_ROUNDING:
-            continue
-        low = float(times[k - 1])
-        high = float(times[k])
-        if excess(low) >= 0.0:
-            return low
-        return float(brentq(excess, low, high, xtol=1e-300, rtol=1.6e-15))
+        if excess(last_held) >= 0.0:
+            return float(last_held)
+        return float(brentq(excess, last_held, time, xtol=1e-300, rtol=1.6e-15))
     return None

@@ -104,6 +104,8 @@ class ElementPlan:
         rule = self.interval.accuracy.rule
 
         def right_hand_side(states: Array, with_derivatives: bool) -> tuple[Array, Array]:
+            """Returns the derivatives of the states by c, and the derivatives of these by the
+            states."""
             terms = self.interval.at(states[:, 3])
             rates, derivative = sliding_rates(body, terms, states, self.clock, with_derivatives)
             return size * rates, size * derivative
@@ -199,6 +201,7 @@ def _departure_plan(
         time_scale = 4.0 * speed_scale(terms, state) / _unbalanced_acceleration(interval, terms)
 
     def guess(size: float) -> Array:
+        """Returns the first slopes at the nodes of an element of length `size`."""
         elapsed = size * rule.nodes
         times = state.time + elapsed
         states = np.column_stack([departure(elapsed, interval.at(times)), times])
@@ -226,12 +229,10 @@ def _continuation_plan(
     omega = np.array([state.omega])
     velocities = support_velocities(terms, np.array([state.velocity]), omega)[0]
     state_rates = sliding_rates(body, terms, start, with_derivatives=False)[0][0]
-    support_accelerations = (
-        complex(state_rates[0], state_rates[1]) + 1j * state_rates[2] * terms.arms[0]
-    )
-    support_accelerations = (
-        support_accelerations - 1j * state.omega * body.mass_ratio * terms.velocity[0]
-    )
+    centre_rate = complex(state_rates[0], state_rates[1])
+    turning = 1j * state_rates[2] * terms.arms[0]
+    moving_arms = 1j * state.omega * body.mass_ratio * terms.velocity[0]
+    support_accelerations = centre_rate + turning - moving_arms
     speeds = np.abs(velocities)
     slowing = np.abs(support_accelerations)
     time_scale = interval.piece.duration - state.time
@@ -248,6 +249,7 @@ def _continuation_plan(
         longest = _longest_decay(decay, speeds, speed_scale(terms, state), fastest)
 
     def guess(size: float) -> Array:
+        """Returns the first slopes at the nodes of an element of length `size`."""
         return size * linearised(rates[0], derivative[0], size * interval.accuracy.rule.nodes)
 
     return ElementPlan(
@@ -263,10 +265,10 @@ def _continuation_plan(
 
 
 def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
-    """Returns the length in sigma, the variable of integration, over which one of the support
-    `speeds` [m/s] falls to round-off. It is the speed that falls fastest. `decay` has the rates at
-    which the logarithms of the speeds fall, per unit of sigma. The end speed is a small fraction of
-    the scale `speed` or of the `fastest` speed of the motion, whichever is larger."""
+    """Returns the length in sigma, the variable of integration, over which the support that slows
+    down fastest comes to rest, up to round-off. `decay` has the rates at which the logarithms of
+    the `speeds` [m/s] fall, per unit of sigma. The end speed is a small fraction of the scale
+    `speed` or of the `fastest` speed of the motion, whichever is larger."""
     first = int(np.argmax(decay))
     if not decay[first] > 0.0:
         return float(np.inf)

@@ -19,7 +19,7 @@ from plumbob.analytic.systems.three_points.equations import (
 )
 
 # size of the last Newton step: convergence is quadratic, so the next step would be round-off
-SMALL_STEP = 1e-9
+LAST_NEWTON_STEP = 1e-9
 MAX_SEGMENT_NEWTON_STEPS = 8
 BRACKETS = 64  # intervals of a segment in which Newton's method starts
 Mode = Literal["slide", "pivot", "rest"]
@@ -121,20 +121,21 @@ def monotone_root(series: Array, values: Array) -> Array:
     grid_values = np.maximum.accumulate(polynomials @ series)
     upper = np.clip(np.searchsorted(grid_values, values), 1, BRACKETS)
     derivative = 2.0 * np.polynomial.legendre.legder(series)
-    x = np.interp(values, grid_values, grid)
+    parameters = np.interp(values, grid_values, grid)
     for _ in range(MAX_SEGMENT_NEWTON_STEPS):
-        polynomials = basis(x, len(series))
+        polynomials = basis(parameters, len(series))
         rate = polynomials[:, :-1] @ derivative
         step = (polynomials @ series - values) / np.where(rate > 0.0, rate, np.inf)
-        x = np.clip(x - step, grid[upper - 1], grid[upper])
-        if np.all(np.abs(step) <= SMALL_STEP):
+        parameters = np.clip(parameters - step, grid[upper - 1], grid[upper])
+        if np.all(np.abs(step) <= LAST_NEWTON_STEP):
             break
-    return x
+    return parameters
 
 
 def fitted_coefficients(interval: Interval, first: SegmentState, slopes: Array) -> Array:
-    """Returns the coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes` of (p_x,
-    p_y, omega, t) at the nodes, shape (n, 4). Heading and position of C follow by integration."""
+    """Returns the coefficients of a SmoothSegment, shape (n + 1, 7), that begins at the state
+    `first` and has the `slopes` of (p_x, p_y, omega, t) at the nodes, shape (n, 4). Heading and
+    position of C follow by integration."""
     rule = interval.accuracy.rule
     start = np.array([*first.row, first.heading, first.place.real, first.place.imag])
     states = start[:4] + rule.integral @ slopes
