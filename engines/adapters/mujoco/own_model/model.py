@@ -20,7 +20,11 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.colliding_pairs import unmeasured
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.adapters.mujoco.model_fields import name_of
-from plumbob.engines.adapters.mujoco.options import collected, disabled
+from plumbob.engines.adapters.mujoco.options import (
+    collected,
+    disabled,
+    integrator_number,
+)
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.corners import corners_of
 from plumbob.engines.adapters.mujoco.own_model.field import (
@@ -43,7 +47,6 @@ from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
     diverged,
-    integrator_number,
     like_start,
 )
 from plumbob.engines.adapters.mujoco.solids import solids

@@ -20,7 +20,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Settings
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
-from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.engines.adapters.mujoco.options import collected, integrator_number
 from plumbob.engines.adapters.mujoco.own_model.model import (
     MujocoModel,
     own_model,
@@ -31,7 +31,7 @@ from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     RigidPiece,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, integrator_number
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
