@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.engines.adapters.mujoco.options import integrator_number
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import integrator_number
 from plumbob.engines.audit import stability as stability_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script

@@ -16,7 +16,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import SoftPoint
 from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.mujoco import contacts, incline, pinch, stack
-from plumbob.engines.adapters.mujoco.translation import with_contacts
+from plumbob.engines.adapters.mujoco.translation import set_contacts
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, limits_of, method, methods
 from plumbob.engines.study.measurement import measure, scheme_of
@@ -281,10 +281,11 @@ def tips_in_mujoco(count, name, cone, seconds=3):
         box.conaffinity = 0
         spec.add_pair(geomname1=below, geomname2=cube.name, condim=3, friction=[1, 1, 0, 0, 0])
         below = cube.name
-    tune = with_contacts(spec, contacts.profile(method(name).settings), 1e-3)
+    profile = contacts.profile(method(name).settings)
+    set_contacts(spec, profile, 1e-3)
     spec.option.timestep, spec.option.cone = 1e-3, cone
     model = spec.compile()
-    tune(model)
+    profile.soften(model)
 
     def tips(slope):
         data = mujoco.MjData(model)

@@ -105,10 +105,15 @@ def model_and_mechanism(name):
     return model, mechanism, State(np.array(start.qpos), np.array(start.qvel))
 
 
+def skeletons_of(made):
+    """DART's skeletons, one for each tree of bodies."""
+    return list(dict.fromkeys(node.getSkeleton() for node in made.built.nodes if node))
+
+
 def degrees(made, mechanism, qpos):
     """The index of each of MuJoCo's degrees of freedom among those of DART's skeletons, and the
     matrix by which DART's rates follow from MuJoCo's, joint by joint."""
-    skeletons = made.built.skeletons
+    skeletons = skeletons_of(made)
     counts = np.cumsum([0, *(skeleton.getNumDofs() for skeleton in skeletons)])
     begins = {x.getName(): first for x, first in zip(skeletons, counts, strict=False)}
     order, turns, first = [], [], 0
@@ -138,7 +143,7 @@ def terms(made, mechanism, qpos, controls):
     """DART's mass matrix, bias, passive and actuator forces, along MuJoCo's degrees of freedom."""
     order, turns = degrees(made, mechanism, qpos)
     turn = block_diagonal(turns)
-    parts = made.built.skeletons
+    parts = skeletons_of(made)
     mass = block_diagonal([x.getMassMatrix() for x in parts])[np.ix_(order, order)]
     bias = np.concatenate([x.getCoriolisAndGravityForces() for x in parts])[order]
     dofs = [x.getDof(i) for x in parts for i in range(x.getNumDofs())]

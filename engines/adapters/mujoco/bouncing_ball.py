@@ -18,4 +18,4 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     ball = spec.geom("ball")
     ball.solref = impact.solref
     ball.solimp[:2] = [IMPACT_IMPEDANCE, IMPACT_IMPEDANCE]
-    return at_start(spec, whole=spec.copy())
+    return at_start(spec)

@@ -45,15 +45,16 @@ def _pairs(model: Any) -> tuple[Array, Array]:
     margin, and MuJoCo's filters do not apply to it."""
     listed = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
     first, second = np.triu_indices(model.ngeom, 1)
-    kept = _unfiltered(model, first, second)
-    kept &= ~np.isin(_key(model, first, second), _key(model, *listed.T))
-    pairs = np.concatenate([np.stack([first[kept], second[kept]], axis=1), listed])
-    margins = np.concatenate([model.geom_margin[pairs[: kept.sum()]].sum(1), model.pair_margin])
+    tested = _unfiltered(model, first, second)
+    tested &= ~np.isin(_key(model, first, second), _key(model, *listed.T))
+    unlisted = np.stack([first[tested], second[tested]], axis=1)
+    pairs = np.concatenate([unlisted, listed])
+    margins = np.concatenate([model.geom_margin[unlisted].sum(1), model.pair_margin])
     if model.opt.enableflags & OVERRIDE:
         margins = np.full(len(pairs), model.opt.o_margin)
-    meet = ~np.isin(model.geom_type[pairs], UNBOUNDED).all(axis=1)
-    meet &= not model.opt.disableflags & NO_CONTACTS
-    return pairs[meet], margins[meet]
+    can_touch = ~np.isin(model.geom_type[pairs], UNBOUNDED).all(axis=1)
+    can_touch &= not model.opt.disableflags & NO_CONTACTS
+    return pairs[can_touch], margins[can_touch]
 
 
 def _key(model: Any, first: Any, second: Any) -> Any:
@@ -64,9 +65,11 @@ def _key(model: Any, first: Any, second: Any) -> Any:
 def _unfiltered(model: Any, first: Any, second: Any) -> Any:
     """Whether each pair of geoms passes MuJoCo's filters:
 
-    - the bits of the geoms match, and the file does not exclude their bodies; - at least one body
-    can move, and the bodies are not welded to each other (a mocap body counts as fixed); - neither
-    body is the parent of the other, unless the parent is the world."""
+    - the bits of the geoms match, and the file does not exclude their bodies;
+    - at least one body can move, and the bodies are not welded to each other (a mocap body counts
+      as fixed);
+    - neither body is the parent of the other, unless the parent is the world.
+    """
     bits = model.geom_contype[first] & model.geom_conaffinity[second]
     bits |= model.geom_contype[second] & model.geom_conaffinity[first]
     bodies = np.sort(np.stack([model.geom_bodyid[first], model.geom_bodyid[second]]), axis=0)

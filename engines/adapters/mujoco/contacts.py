@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -31,17 +32,17 @@ from plumbob.engines.method import Method, ModelError, Options
 from plumbob.models.registry import unknown
 from plumbob.models.tripod_capsule.model import armature, tilt_inertia
 
-# natural frequency of a contact times the step: a body on three contacts is stable up to 0.41
+# Natural frequency of a contact times the step: a body on three contacts is stable up to 0.41
 STIFFNESS = 0.4
 DAMPING = 0.3  # damping ratio of a contact; 0.5 for the vertical motion of a body on three
-# smallest impedance that MuJoCo allows: the normal's regularisation is 1e4 times its inertia
+# Smallest impedance that MuJoCo allows: the normal's regularisation is 1e4 times its inertia
 IMPEDANCE = 1e-4
 SOFTENING = 1e2  # factor on that regularisation, set after compiling
 PLANE_SOFTENING = 1e8  # the same factor for motion in the plane: with 1e2 slow turns chatter
 REGULARISATION_RATIO = 1e9  # regularisation of the normal over the regularisation of friction
 TOLERANCE = 1e-16  # solver's tolerance: needs barely more iterations than the default 1e-8
 
-# largest impedance that MuJoCo allows, for the reduced model's friction
+# Largest impedance that MuJoCo allows, for the reduced model's friction
 JOINT_IMPEDANCE = 0.9999
 JOINT_HARDENING = 1e-3  # factor on 1 - JOINT_IMPEDANCE, set after compiling
 EXACT = 0.0  # solver's tolerance for a single scalar constraint, which is solved exactly
@@ -51,13 +52,14 @@ SETTLING = 4.0  # calibrated factor on a part of a drift: tests/on_plane/test_he
 OVERSHOOT = 2.0  # calibrated factor on a deflection with a damping ratio of 0.3
 
 PairFields = Options
-# options of a model that change contacts
+# Options of a model that change contacts
 OWN_OPTIONS = (
     "cone",
     "impratio",
     "noslip_iterations",
 )
-OWN_ENDS = ("tolerance", "noslip_tolerance")  # solver's tolerances, which stand beside contacts
+# Tolerances of the solver, which a user's settings have among the fields of contacts
+OWN_TOLERANCES = ("tolerance", "noslip_tolerance")
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,10 @@ class ContactProfile:
     def convergent(self) -> bool:
         """Whether friction converges with the step, and theory covers it."""
         return self.softening != 1.0
+
+    def soften(self, model: Any) -> None:
+        """Overstates the inverse weights of a compiled model's bodies, which no file can."""
+        model.body_invweight0 *= self.softening
 
     @property
     def point(self) -> SoftPoint | None:
@@ -99,8 +105,9 @@ class ContactProfile:
         return IMPEDANCE / (1.0 - IMPEDANCE) / self.softening
 
     def pushed(self, friction: float, speed: float) -> float:
-        """The error of a speed [m/s] from normal forces that change with a slip of at most `speed`
-        [m/s], until the contact's deflection has followed. For convergent profiles only."""
+        """The bound on the error of a speed [m/s] from normal forces that change with a slip of at
+        most `speed` [m/s], until the deflection of the contact has followed. For convergent
+        profiles only."""
         return OVERSHOOT * friction**2 * self.coupling() * speed / STIFFNESS
 
     def depth(self, held: HeldContact, step: float) -> float:
@@ -193,11 +200,11 @@ def profile(settings: Options, plane: bool = False) -> ContactProfile:
 def _own(contact: Options, settings: Options) -> ContactProfile:
     """The profile of a user's contacts: fields of a contact, and options that change contacts."""
     options = {name: settings[name] for name in OWN_OPTIONS if name in settings}
-    ends = {name: contact[name] for name in OWN_ENDS if name in contact}
-    fields = {name: value for name, value in contact.items() if name not in OWN_ENDS}
+    tolerances = {name: contact[name] for name in OWN_TOLERANCES if name in contact}
+    fields = {name: value for name, value in contact.items() if name not in OWN_TOLERANCES}
     if fields.get("condim") == 3:  # the default: a scene without friction has 1
         del fields["condim"]
-    return ContactProfile({**options, **ends}, lambda step: fields)
+    return ContactProfile({**options, **tolerances}, lambda step: fields)
 
 
 def contacts(problem: CapsuleProblem, settings: Options) -> ContactProfile:
@@ -216,11 +223,12 @@ def scheme(method: Method) -> Scheme:
 def drift_error(
     point: SoftPoint, held: HeldContact, duration: float, step: float, inertia: float
 ) -> ModelError:
-    """Bounds on the errors of the displacement and the speed of a body that drifts under friction.
+    """Bounds on the errors of the displacement `x` and the speed of a body that drifts under
+    friction over a `duration` [s], by reason.
 
     The solver leaves an acceleration in each step, which the contact's damping turns into a speed;
     `inertia` is the inertia of all coordinates over the body's inertia. The settling of normal
-    forces changes the drift, too, and the damping forgets that change."""
+    forces changes the drift, too, until the damping has removed that change."""
     damping = rates(point, step)[1]
     solver_speed = math.sqrt(2.0 * inertia * SOLVED) / damping
     settling_speed = 0.0
@@ -237,25 +245,25 @@ def soft_contact(problem: CapsuleProblem, settings: Options, step: float) -> Sof
     """The record of contacts, or of joint friction, at `step` [s] for theory; None if no theory
     covers them. Raises ParameterError."""
     setup = problem.setup
-    model = settings.get("model", "full")
-    both = setup.capsule.body_mass + setup.capsule.slider_mass
-    if model == "reduced":
+    mass = setup.capsule.body_mass + setup.capsule.slider_mass
+    if settings.get("model", "full") == "reduced":
+        if without_formula(problem):
+            return None
         drift = (1.0 - JOINT_IMPEDANCE) / JOINT_IMPEDANCE * JOINT_HARDENING * step
-        held = SoftContact(step, drift / both, EXACT, armature(setup))
-        return None if without_formula(problem) else held
+        return SoftContact(step, drift / mass, EXACT, armature(setup))
     chosen = contacts(problem, settings)
     if not chosen.convergent:
         return None
     normal = NormalContact(
-        compliance=chosen.compliance(step) / both,
-        coupling=chosen.coupling() * both,
+        compliance=chosen.compliance(step) / mass,
+        coupling=chosen.coupling() * mass,
         frequency_step=STIFFNESS,
         damping_ratio=DAMPING,
         tilt_inertia=tilt_inertia(problem),
         height=float(settings.get("height", 0.0)),
     )
     tolerance = float(chosen.options["tolerance"])
-    slip = chosen.slip_compliance(step) / both
+    slip = chosen.slip_compliance(step) / mass
     return SoftContact(step, slip, tolerance, armature(setup), normal, integrator_of(settings))
 
 

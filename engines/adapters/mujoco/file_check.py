@@ -26,13 +26,14 @@ from plumbob.engines.adapters.mujoco.contacts import (
     SOFTENING,
     profile,
 )
+from plumbob.engines.adapters.mujoco.options import numbers_text
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
 from plumbob.engines.adapters.mujoco.user_file import SOLVER_TOLERANCES, compiled_model
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_motion import NotCertifiable
 
 CLOSE = 1e-6  # largest relative difference of equal values, whose digits are rounded in a file
-# distance at which a geom counts as touching at the start, as a fraction of a body's mean size
+# Distance at which a geom counts as touching at the start, as a fraction of a body's mean size
 REACH = 1e-2
 ONE_STEP = 1.01  # smallest ratio of two steps that differ
 FREE_BODY = 1.0  # squared frequency ratio if nothing touches
@@ -48,12 +49,11 @@ def check(path: Path, method: Method) -> FileCheck:
     differences = [*_options(model, method, dict(chosen.options))]
     if convergent:
         differences += _contacts(model, method, step)
-    once = tuple(dict.fromkeys(differences))
     try:
-        warned = tuple(_warnings(model, method, step))
+        warnings = tuple(_warnings(model, method, step))
     except NotCertifiable as why:
         raise ParameterError("check", str(path), f"a model that starts; {why}") from None
-    return FileCheck(method.name, step, once, warned)
+    return FileCheck(method.name, step, tuple(dict.fromkeys(differences)), warnings)
 
 
 def _options(
@@ -82,54 +82,71 @@ def _contacts(
     if not model.npair:
         yield "contact", "no <pair>", "<pair>: a <geom> has no solreffriction"
     softening = _softening(model)
-    for i in range(model.npair):
-        stiffness = math.sqrt(max(-model.pair_solref[i, 0] / softening, 0.0)) * step
-        right = any(
-            _close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step)
-        )
+    for pair in range(model.npair):
+        stiffness = math.sqrt(max(-model.pair_solref[pair, 0] / softening, 0.0)) * step
+        friction_rate = model.pair_solreffriction[pair, 1]
+        right_friction = any(_close(friction_rate, rate) for rate in _rates(method, step))
         wanted = own_pair(method, step, softening, stiffness or OWN_STIFFNESS)
-        for name, numbers in wanted.items():
-            value = getattr(model, f"pair_{name}")[i][:3]
-            equal = all(map(_close, value, numbers[:3]))
-            if not (equal or (right and name == "solreffriction")):
-                yield f"pair/{name}", _numbers(value), _numbers(numbers[:3])
-        if model.pair_dim[i] != 3:
-            yield "pair/condim", str(model.pair_dim[i]), "3"
+        for name, wanted_numbers in wanted.items():
+            value = getattr(model, f"pair_{name}")[pair][:3]
+            equal = all(map(_close, value, wanted_numbers[:3]))
+            if not (equal or (right_friction and name == "solreffriction")):
+                yield f"pair/{name}", numbers_text(value), numbers_text(wanted_numbers[:3])
+        if model.pair_dim[pair] != 3:
+            yield "pair/condim", str(model.pair_dim[pair]), "3"
 
 
 def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[str]:
-    """Warns of contacts that are written for another step, as the rate of their friction shows, and
-    of contacts that are unstable at this step, as the fastest mode of the body on them shows."""
-    impedances = model.pair_solimp[:, 1]
-    rates = _rates(method, step)
-    for (kind, rate), impedance in zip(model.pair_solreffriction, impedances, strict=True):
-        if not (max(kind, rate) < 0.0 and _close(impedance, IMPEDANCE)):
-            continue
-        steps = [step * right / rate for right in rates]
-        if not any(1.0 / ONE_STEP < meant / step < ONE_STEP for meant in steps):
-            words = " or ".join(dict.fromkeys(f"{meant:g}" for meant in steps))
-            yield (
-                f"contacts are written for a time step of {words} s, and the file's is "
-                f"{step:g} s (`plumbob settings {method.name} --step {step:g}`)"
-            )
-            break
-    solref = np.vstack([model.pair_solref, model.geom_solref])
-    impedances = np.append(impedances, model.geom_solimp[:, 1])
-    springs = {
-        ContactSpring(-pull / d, -drag / d, _softening(model) * (1.0 - d) / d)
-        for (pull, drag), d in zip(solref.tolist(), impedances.tolist(), strict=True)
-        if pull < 0.0 and drag <= 0.0
-    }
-    scheme = Scheme(method.scheme.integrator)  # the damping of contacts is explicit
-    ratio = frequency_ratio(model)
-    limits = [largest_contact_step(ratio, spring, scheme) for spring in springs]
-    limit = min(limits, default=math.inf)
+    """Warns of contacts that are written for another step, and of contacts that are unstable at
+    this step."""
+    steps = _steps_of_another(model, method, step)
+    if steps:
+        words = " or ".join(dict.fromkeys(f"{other:g}" for other in steps))
+        yield (
+            f"contacts are written for a time step of {words} s, and the file's is "
+            f"{step:g} s (`plumbob settings {method.name} --step {step:g}`)"
+        )
+    limit = _largest_stable_step(model, method)
     if step > limit:
         yield (
             f"contacts are too stiff for a time step of {step:g} s: the body may be thrown up "
             f"(while it slides, they are stable up to {limit:.3g} s; a smaller --stiffness allows "
             "more)"
         )
+
+
+def _steps_of_another(model: mujoco.MjModel, method: Method, step: float) -> list[float]:
+    """The steps [s] for which the first pair may be written that is written for another step than
+    `step`, as the rate of its friction shows; empty if there is no such pair."""
+    impedances = model.pair_solimp[:, 1]
+    for (kind, rate), impedance in zip(model.pair_solreffriction, impedances, strict=True):
+        convergent = max(kind, rate) < 0.0 and _close(impedance, IMPEDANCE)
+        if convergent:
+            steps = [step * right_rate / rate for right_rate in _rates(method, step)]
+            if not any(1.0 / ONE_STEP < other / step < ONE_STEP for other in steps):
+                return steps
+    return []
+
+
+def _largest_stable_step(model: mujoco.MjModel, method: Method) -> float:
+    """The largest step [s] at which all contacts with a direct `solref` are stable, as the fastest
+    mode of the body on them shows; infinite if there are none."""
+    solref = np.vstack([model.pair_solref, model.geom_solref]).tolist()
+    impedances = np.append(model.pair_solimp[:, 1], model.geom_solimp[:, 1]).tolist()
+    softening = _softening(model)
+    springs = {
+        ContactSpring(
+            -stiffness / impedance,
+            -damping / impedance,
+            softening * (1.0 - impedance) / impedance,
+        )
+        for (stiffness, damping), impedance in zip(solref, impedances, strict=True)
+        if stiffness < 0.0 and damping <= 0.0
+    }
+    scheme = Scheme(method.scheme.integrator)  # the damping of contacts is explicit
+    ratio = frequency_ratio(model)
+    limits = [largest_contact_step(ratio, spring, scheme) for spring in springs]
+    return min(limits, default=math.inf)
 
 
 def _rates(method: Method, step: float) -> tuple[float, ...]:
@@ -170,14 +187,12 @@ def frequency_ratio(model: mujoco.MjModel) -> float:
 def _softening(model: mujoco.MjModel) -> float:
     """The factor on inverse weights to which the file's `impratio` belongs; 1 if there is none."""
     ratio = model.opt.impratio / REGULARISATION_RATIO
-    return next((s for s in (SOFTENING, PLANE_SOFTENING) if _close(ratio, s)), 1.0)
+    for softening in (SOFTENING, PLANE_SOFTENING):
+        if _close(ratio, softening):
+            return softening
+    return 1.0
 
 
 def _close(value: float, other: float) -> bool:
     """Whether two numbers of a file are equal, up to rounded digits."""
     return math.isclose(value, other, rel_tol=CLOSE, abs_tol=1e-300)
-
-
-def _numbers(values: Any) -> str:
-    """Numbers as a file has them."""
-    return " ".join(f"{value:g}" for value in values)

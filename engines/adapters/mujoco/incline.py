@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.held_bodies import corner
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
+from plumbob.engines.adapters.mujoco.translation import Translation, filled, set_contacts
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.incline.model import MODEL
 
@@ -18,18 +18,18 @@ DIRECTIONS = 3  # number of directions in which the cube can move
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Returns the MuJoCo model of an Incline, and how its start differs from the file's: the cube
-    is lower by the static depth of its contacts. Gravity is tilted along the problem's heading and
-    the plane is level, so that the contacts' axes lie along the axes of the plane."""
+    """The translation of an Incline, whose cube starts at the static depth of its contacts. Gravity
+    is tilted along the problem's heading and the plane is level, so that the contacts' axes lie
+    along the axes of the plane."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
-    tune = with_contacts(spec, profile, step)
+    set_contacts(spec, profile, step)
     depth = profile.depth(corner(problem), step)
     return Translation(
         spec=spec,
         qpos=np.array([0.0, 0.0, -depth]),
         qvel=np.array(spec.key("start").qvel),
-        tune=tune,
+        tune=profile.soften,
     )
 
 
@@ -40,7 +40,7 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     profile = contacts.profile(method.settings, plane=True)
     if profile.point is not None:
         return contacts.drift_error(profile.point, corner(problem), duration, step, DIRECTIONS)
-    largest = abs(problem.speed) + problem.pull * duration
+    largest_speed = abs(problem.speed) + problem.pull * duration
     drift = profile.slip_compliance(step) * problem.friction * problem.press
-    speed = {"drift": drift, "coupling": profile.pushed(problem.friction, largest)}
+    speed = {"drift": drift, "coupling": profile.pushed(problem.friction, largest_speed)}
     return {"x": {why: error * duration for why, error in speed.items()}, "speed": speed}

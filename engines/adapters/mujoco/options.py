@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from types import MappingProxyType
@@ -64,6 +64,16 @@ def word(option: str, value: float) -> str:
     return str(kind(int(value)).name.removeprefix(prefix).lower())
 
 
+def integrator_number(integrator: str) -> Any:
+    """MuJoCo's number of an integrator."""
+    return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+
+
+def numbers_text(values: Iterable[float]) -> str:
+    """Numbers as MJCF writes them."""
+    return " ".join(f"{value:g}" for value in values)
+
+
 def needless_stages(model: mujoco.MjModel) -> int:
     """The disable flags of the pipeline stages that have no effect in `model`, in any state."""
     collides = _any(model, "geom_contype", "geom_conaffinity") or model.npair or model.nflex
@@ -72,7 +82,7 @@ def needless_stages(model: mujoco.MjModel) -> int:
     fluid = model.opt.density or model.opt.viscosity
     # With both flags set, MuJoCo skips all passive forces, and not only springs and dampers.
     passive = fluid or model.nflex or model.nplugin or _any(model, "body_gravcomp")
-    without = {
+    idle_stages = {
         BIT.mjDSBL_CONTACT: not collides,
         BIT.mjDSBL_CONSTRAINT: not constrained,
         BIT.mjDSBL_ACTUATION: not (model.nu or model.nplugin),
@@ -80,7 +90,7 @@ def needless_stages(model: mujoco.MjModel) -> int:
         BIT.mjDSBL_DAMPER: not (passive or _present(model, "damping")),
         BIT.mjDSBL_SENSOR: not model.nsensor,
     }
-    return sum(int(bit) for bit, unused in without.items() if unused)
+    return sum(int(bit) for bit, idle in idle_stages.items() if idle)
 
 
 def disabled(flags: int) -> tuple[str, ...]:

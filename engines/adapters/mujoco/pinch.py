@@ -10,7 +10,7 @@ import numpy as np
 from plumbob.analytic.errors.contact_models.held_bodies import FINGERTIP_RADIUS, fingertip
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.incline import DIRECTIONS
-from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
+from plumbob.engines.adapters.mujoco.translation import Translation, filled, set_contacts
 from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.models.pinch.model import MODEL
 
@@ -23,16 +23,12 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     too deep."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
-    tune = with_contacts(spec, profile, step)
+    set_contacts(spec, profile, step)
     depth = profile.depth(fingertip(problem), step)
     if profile.convergent and depth > FINGERTIP_RADIUS * problem.size:
         raise Unsupported("at this step the contacts are too deep")
-    return Translation(
-        spec,
-        np.array([0.0, 0.0, 0.0, depth, depth]),
-        np.zeros(5),
-        tune=tune,
-    )
+    qpos = np.array([0.0, 0.0, 0.0, depth, depth])
+    return Translation(spec, qpos, np.zeros(5), tune=profile.soften)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
@@ -41,8 +37,8 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     profile = contacts.profile(method.settings, plane=True)
     held = fingertip(problem)
     if profile.point is None:
-        speed = {"drift": profile.slip_compliance(step) * held.weight * problem.load}
-        return {"slip": {why: v * duration for why, v in speed.items()}, "speed": speed}
+        drift = profile.slip_compliance(step) * held.weight * problem.load
+        return {"slip": {"drift": drift * duration}, "speed": {"drift": drift}}
     inertia = DIRECTIONS + 2.0 * problem.finger_mass / problem.mass
     bounds = contacts.drift_error(profile.point, held, duration, step, inertia)
     return {"slip": bounds["x"], "speed": bounds["speed"]}

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from plumbob.analytic.errors.contact_models.impacts import IMPACT_IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco import contacts
@@ -13,7 +14,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     Translation,
     at_start,
     filled,
-    with_contacts,
+    set_contacts,
 )
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.rod_impact.model import MODEL
@@ -26,24 +27,21 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """The translation of a RodImpact. With convergent contacts friction is the profile's; the
     spring and damper of the normal act on the mass that the end of the rod has at the impact."""
     spec = filled(mjcf, MODEL, problem)
-    for pair in spec.pairs:
-        pair.solref = soft_impact(problem.restitution, step).solref
-        pair.solimp[:2] = [IMPACT_IMPEDANCE] * 2
     profile = contacts.profile(method.settings, plane=True)
-    own = [(pair, pair.solref.copy()) for pair in spec.pairs]
-    with_contacts(spec, profile, step)
+    for pair in spec.pairs:
+        pair.solimp[:2] = [IMPACT_IMPEDANCE] * 2
+    set_contacts(spec, profile, step)
+    solref = np.array(soft_impact(problem.restitution, step).solref)
+    for pair in spec.pairs:
+        hardening = 1 - contacts.IMPEDANCE * profile.convergent
+        pair.solref = solref * profile.softening * hardening
 
     def tune(model: mujoco.MjModel) -> None:
+        """Sets the inverse weight of the rod to that of its end at the impact."""
         if profile.convergent:
             model.body_invweight0[1:] = problem.weights[2] * profile.softening
 
-    for pair, solref in own:
-        pair.solref = solref * profile.softening * (1 - contacts.IMPEDANCE * profile.convergent)
-    return at_start(
-        spec,
-        tune=tune,
-        whole=spec.copy(),
-    )
+    return at_start(spec, tune=tune)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
@@ -51,6 +49,8 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     profile = contacts.profile(method.settings, plane=True)
     if not profile.convergent:
         return {}
-    speed = profile.slip_compliance(step) / step * problem.impact.impulses[1] * problem.friction
-    way = speed * duration / problem.mass * max(1.0, 6.0 / problem.length)
-    return {name: {"compliance": way} for name in NAMES}
+    momentum = (
+        profile.slip_compliance(step) / step * problem.impact.impulses[1] * problem.friction
+    )
+    bound = momentum * duration / problem.mass * max(1.0, 6.0 / problem.length)
+    return {name: {"compliance": bound} for name in NAMES}

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from plumbob.engines.adapters.mujoco import contacts
@@ -14,12 +12,12 @@ from plumbob.engines.adapters.mujoco.translation import (
     Translation,
     at_rest,
     filled,
-    with_contacts,
+    set_contacts,
 )
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.rolling_ball.model import MODEL
 
-# steps until a contact is at rest; a contact of 0.02 s needs 1000 steps of SLOW
+# Steps until a contact is at rest; with a time constant of 0.02 s it takes 1000 steps of SLOW
 SETTLING = 5000
 SLOW = 1e-3  # [s] smallest step for finding the static depth of default contacts
 
@@ -30,33 +28,29 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     penetration, and its centre lower by as much: the contact is one radius below the centre."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
-    tune = with_contacts(spec, profile, step)
-    start = spec.key("start")
+    set_contacts(spec, profile, step)
     if not profile.convergent:  # the depth of a default contact is the same at every step
         spec.option.timestep = max(step, SLOW)
-
-    depth = settled_depth(spec, tune) / 2.0
+    model = spec.compile()
+    profile.soften(model)
+    penetration = -float(at_rest(model, SETTLING)[1])
+    depth = penetration / 2.0
     spec.geom("ball").size[0] += depth
-    return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), tune=tune)
+    qpos = np.array([0.0, -depth, 0.0])
+    qvel = np.array(spec.key("start").qvel)
+    return Translation(spec, qpos, qvel, tune=profile.soften)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """Bounds for convergent contacts, from the slip that friction's compliance leaves for one step,
-    and from normal forces that change with the slip until the deflection has followed. Empty for
-    soft contacts."""
+    """Bounds on errors for convergent contacts, from the slip that friction's compliance leaves in
+    a step, and from normal forces that change with the slip until the deflection has followed.
+    Empty for soft contacts."""
     profile = contacts.profile(method.settings, plane=True)
     if not profile.convergent:
         return {}
-    left = profile.slip_compliance(step) * problem.friction * problem.gravity
-    pushed = profile.pushed(problem.friction, problem.scale)
-    speed = {"slip": left, "coupling": pushed}
-    spin = {name: 2.5 * error / problem.radius for name, error in speed.items()}
-    x = {"slip": left * step, "coupling": pushed * duration}
-    return {"x": x, "speed": speed, "spin": spin}
-
-
-def settled_depth(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> float:
-    """Returns the static penetration of the contact [m]."""
-    model = spec.compile()
-    tune(model)
-    return -float(at_rest(model, SETTLING)[1])
+    slip = profile.slip_compliance(step) * problem.friction * problem.gravity
+    coupling = profile.pushed(problem.friction, problem.scale)
+    speed = {"slip": slip, "coupling": coupling}
+    spin = {reason: 2.5 * error / problem.radius for reason, error in speed.items()}
+    displacement = {"slip": slip * step, "coupling": coupling * duration}
+    return {"x": displacement, "speed": speed, "spin": spin}

@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     Translation,
     at_start,
     filled,
-    with_contacts,
+    set_contacts,
 )
 from plumbob.engines.method import Method
 from plumbob.models.rolling_disc.model import MODEL
@@ -29,9 +29,8 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """The translation of a RollingDisc, at about the static depth of its contact."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings, plane=True)
-    tune = with_contacts(spec, profile, step)
+    set_contacts(spec, profile, step)
     if profile.convergent:
         spec.pair("contact").solref = spec.pair("contact").solref * (1.0 - contacts.IMPEDANCE)
         spec.key("start").qpos[2] -= problem.gravity * (step / contacts.STIFFNESS) ** 2
-
-    return at_start(spec, tune=tune)
+    return at_start(spec, tune=profile.soften)

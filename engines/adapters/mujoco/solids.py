@@ -38,6 +38,13 @@ def solids(model: Any, data: Any) -> Iterator[Solid]:
         yield Solid(body, placed, radius, _colour(model, geom), bool(planes[geom]))
 
 
+def mesh_vertices(model: Any, geom: int) -> Array:
+    """Returns the vertices of the mesh of a geom in the geom's frame [m], shape (n, 3)."""
+    mesh = model.geom_dataid[geom]
+    first = model.mesh_vertadr[mesh]
+    return np.array(model.mesh_vert[first : first + model.mesh_vertnum[mesh]], float)
+
+
 def _colour(model: Any, geom: int) -> tuple[float, float, float]:
     """Returns the red, green and blue part of a geom's colour, or of its material's."""
     material = model.geom_matid[geom]
@@ -62,11 +69,9 @@ def _shape(model: Any, geom: int) -> tuple[Array, float]:
     if kind == KIND.mjGEOM_ELLIPSOID:
         return _sphere() * size, 0.0
     if kind == KIND.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        first = model.mesh_vertadr[mesh]
-        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+        vertices = mesh_vertices(model, geom)
         furthest = (vertices @ _sphere().T).argmax(axis=0)
-        return np.array(vertices[np.unique(furthest)], float), 0.0
+        return vertices[np.unique(furthest)], 0.0
     box = model.geom_aabb[geom]
     return box[:3] + CORNERS * box[3:], 0.0
 

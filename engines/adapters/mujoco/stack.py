@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.errors.contact_models.held_bodies import corners
 from plumbob.analytic.errors.contact_models.soft_friction import rates
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.translation import Translation, filled, with_contacts
+from plumbob.engines.adapters.mujoco.translation import Translation, filled, set_contacts
 from plumbob.engines.method import Method, ModelError
 from plumbob.models.stack.model import MODEL
 
@@ -22,14 +22,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """The translation of a Stack, at the static depths of its contacts."""
     spec = filled(mjcf, MODEL, problem)
     profile = contacts.profile(method.settings)
-    tune = with_contacts(spec, profile, step)
+    set_contacts(spec, profile, step)
     depths = np.cumsum([profile.depth(held, step) for held in corners(problem)])
-    return Translation(
-        spec,
-        -depths,
-        np.zeros(len(depths)),
-        tune=tune,
-    )
+    return Translation(spec, -depths, np.zeros(len(depths)), tune=profile.soften)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.options import word
 from plumbob.engines.peer_model import Layout, Terms
 
 Forward = Callable[[Any, Any], None]
@@ -25,7 +26,7 @@ ACTING = (
 
 def integrator_of(model: Any) -> str:
     """The name of a compiled model's integrator."""
-    return str(mujoco.mjtIntegrator(model.opt.integrator).name)[len("mjINT_") :].lower()
+    return word("integrator", model.opt.integrator)
 
 
 def put(data: Any, state: Array) -> None:
@@ -69,7 +70,7 @@ class MujocoTerms:
         """The terms are computed by MuJoCo, or by the function `forward` that fills in an mjData.
         Bodies are named as in `named`, another model with the same bodies, if it is given."""
         self.model, self.data = model, data
-        self.bodies = [(named or model).body(i).name for i in range(model.nbody)]
+        self.bodies = [(named or model).body(body).name for body in range(model.nbody)]
         self.forward = forward or mujoco.mj_forward
         self.at_rest = forward or mujoco.mj_fwdVelocity
 

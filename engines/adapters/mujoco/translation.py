@@ -60,9 +60,9 @@ class Translation:
     functions of the state."""
     probe: Callable[[mujoco.MjModel, mujoco.MjData], Array] = sensor_data
     """Model and data, with the forces of the step that begins -> a reading, shape (k,)."""
-    whole: mujoco.MjSpec | None = None
-    """The model with its visual parts; None if that is the model file with the problem's
-    numbers."""
+    visual: mujoco.MjSpec | None = None
+    """The model with its visual parts. None if `spec` has them, or if it is the model file with the
+    problem's numbers, whose geoms are visual."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes the compiled model in ways that a file cannot express."""
 
@@ -81,27 +81,40 @@ def translated(case: Case, method: Method, step: float) -> Translation:
     """The translation of a case: by the builder of its system if there is one, else its model file
     without visual parts. Raises Unsupported and ParameterError."""
     system, problem = case.system, case.problem
+    file = system.model_file
     build = getattr(builder("mujoco", system), "build", None)
     if build is not None:
         built: Translation = build(system.mjcf, problem, method, step)
-    elif system.model_file is not None:
-        built = at_start(bare(filled(system.mjcf, system.model_file, problem)))
+    elif file is not None:
+        built = at_start(bare(filled(system.mjcf, file, problem)))
     else:
         raise Unsupported(f"mujoco has no builder for {system.name}")
-    model = system.model_file
-    if model is None:
+    if file is None:
         return built
 
     def observe(qpos: Array, qvel: Array) -> Observed:
         """The observables that the model file reads, and the channels of the builder."""
-        return model.observe(problem, qpos, qvel), built.channels(qpos, qvel)
+        return file.observe(problem, qpos, qvel), built.channels(qpos, qvel)
 
     return replace(
         built,
         observe=built.observe or observe,
-        limits={**model.largest(problem), **built.limits},
-        control=built.control or model.controls(problem),
+        limits={**file.largest(problem), **built.limits},
+        control=built.control or file.controls(problem),
     )
+
+
+def with_visual_parts(translation: Translation, case: Case) -> mujoco.MjSpec:
+    """The model of a translation of a case, with its visual parts. Raises Unsupported if there is
+    none."""
+    if translation.visual is not None:
+        return translation.visual
+    if translation.spec.geoms:
+        return translation.spec.copy()
+    file = case.system.model_file
+    if file is None:
+        raise Unsupported(f"mujoco has no model file of {case.scene.name}")
+    return filled(case.system.mjcf, file, case.problem)
 
 
 def at_start(spec: mujoco.MjSpec, **more: Any) -> Translation:
@@ -118,60 +131,52 @@ def bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
 
 
 def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> ByName:
-    """The bound on the rounding of the solver of a loop, as an angle [rad]. The condition of the
-    solver's Hessian is 1/(1 - d) times that of the mass matrix. That many ulps of the largest
-    acceleration, which is about the square of the largest rate, may be lost in every step."""
+    """The bound on the rounding of the solver of a loop, as an angle [rad], by its reason. The
+    condition of the solver's Hessian is 1/(1 - d) times that of the mass matrix. That many ulps of
+    the largest acceleration, which is about the square of the largest rate, may be lost in every
+    step."""
     states = motion.observe(np.linspace(0.0, duration, 101))
-    fastest = max(float(np.abs(states[name]).max()) for name in motion.system.rates)
-    return {
-        "rounding of the solver": ULP / (1 - loop.impedance) * (fastest * duration) ** 2 / 2
-    }
+    fastest_rate = max(float(np.abs(states[name]).max()) for name in motion.system.rates)
+    bound = ULP / (1 - loop.impedance) * (fastest_rate * duration) ** 2 / 2
+    return {"rounding of the solver": bound}
 
 
-def with_contacts(
-    spec: mujoco.MjSpec, chosen: ContactProfile, step: float
-) -> Callable[[mujoco.MjModel], None]:
-    """Set the options of a profile and its fields of every pair at `step` [s]; what is left to
-    `tune` is returned."""
-    options.apply(spec, chosen.options, step)
+def set_contacts(spec: mujoco.MjSpec, profile: ContactProfile, step: float) -> None:
+    """Sets the options of a profile, and its fields of every contact pair, at `step` [s]. The
+    compiled model is to be softened: see `ContactProfile.soften`."""
+    options.apply(spec, profile.options, step)
     for pair in spec.pairs:
-        for name, value in chosen.pair(step).items():
+        for name, value in profile.pair(step).items():
             setattr(pair, name, value)
-
-    def tune(model: mujoco.MjModel) -> None:
-        model.body_invweight0 *= chosen.softening
-
-    return tune
 
 
 def at_rest(model: mujoco.MjModel, steps: int) -> Array:
-    """Coordinates, shape (nq,), after so many `steps` of a model from its own."""
-    held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, held)
-    return np.array(_ended(held.tobytes(), steps))
+    """The coordinates after `steps` steps of a model from its reference pose, shape (nq,)."""
+    binary = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, binary)
+    return np.array(_end_of_steps(binary.tobytes(), steps))
 
 
-@lru_cache(maxsize=256)
-def _ended(model: bytes, steps: int) -> tuple[float, ...]:
-    """Coordinates after so many `steps` of a model in MuJoCo's binary format: the same for methods
-    that differ in what they do later."""
-    loaded = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": model})
-    data = mujoco.MjData(loaded)
-    mujoco.mj_step(loaded, data, nstep=steps)
+@lru_cache(maxsize=256)  # methods that differ only in their later steps have the same model
+def _end_of_steps(binary: bytes, steps: int) -> tuple[float, ...]:
+    """The coordinates after `steps` steps of a model in MuJoCo's binary format."""
+    model = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": binary})
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=steps)
     return tuple(data.qpos.tolist())
 
 
 def filled(mjcf: Path, model: ModelFile, problem: Any) -> mujoco.MjSpec:
-    """The model in the file `mjcf`, or the file beside it that has a problem's bodies, with the
-    numbers of `problem`, visual parts included; raises ParameterError where the file holds no
-    model."""
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included. If the
+    problem has a variant of the file, it is in the same folder. Raises ParameterError if the file
+    holds no model."""
     spec = read(mjcf.with_name(model.variant(problem) or mjcf.name))
     model.fill(spec, problem)
     return spec
 
 
 def read(mjcf: Path) -> mujoco.MjSpec:
-    """Model in the file `mjcf`, open to changes; raises ParameterError where it holds none."""
+    """A copy of the model in the file `mjcf`; raises ParameterError if the file holds no model."""
     try:
         return _parsed(str(mjcf), mjcf.stat().st_mtime_ns).copy()
     except (ValueError, OSError) as error:
@@ -180,5 +185,5 @@ def read(mjcf: Path) -> mujoco.MjSpec:
 
 @lru_cache(maxsize=32)  # a copy costs a twentieth of what reading costs
 def _parsed(path: str, changed: int) -> mujoco.MjSpec:
-    """Model in a file that was last `changed` at that time [ns]."""
+    """The model in a file that was last `changed` at this time [ns]."""
     return mujoco.MjSpec.from_file(path)

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
-from plumbob.engines.adapters.mujoco.translation import filled
+from plumbob.engines.adapters.mujoco.translation import with_visual_parts
 from plumbob.engines.method import Method
 from plumbob.engines.study.cost import TimedSteps, in_turns
 from plumbob.models.scene import Case
@@ -19,31 +19,25 @@ from plumbob.models.scene import Case
 PARTS = (("geoms", "geom"), ("meshes", "mesh"), ("joints", "joint"))  # list of a spec, its word
 
 
-def trimming(
-    case: Case, method: Method, step: float = 1e-4, steps: int = 1000, repeats: int = 31
-) -> Trimming:
+def trimming(case: Case, method: Method, step: float, steps: int, repeats: int) -> Trimming:
     """The cost of `steps` steps of `step` [s] from the scene's start, of the complete and the
     trimmed model, timed in turn at most `repeats` times. Raises Unsupported and ParameterError."""
     simulation = compiled(case, method, step)
     trimmed = simulation.model
     translation = simulation.translation
-    system = case.system
-    untrimmed = translation.whole
-    if untrimmed is None:
-        assert system.model_file is not None  # otherwise the builder gives the whole model
-        untrimmed = filled(system.mjcf, system.model_file, case.problem)
-    options.apply(untrimmed, method.settings, step)
-    every_stage = untrimmed.compile()
+    complete = with_visual_parts(translation, case)
+    options.apply(complete, method.settings, step)
+    every_stage = complete.compile()
     translation.tune(every_stage)
-    with_visual_parts = copy.copy(every_stage)
+    needed_stages = copy.copy(every_stage)
     every_stage.opt.disableflags = 0
-    with_visual_parts.opt.disableflags = trimmed.opt.disableflags
+    needed_stages.opt.disableflags = trimmed.opt.disableflags
     runs = [
         MujocoSimulation(translation, model, steps, step)
-        for model in (every_stage, with_visual_parts, trimmed)
+        for model in (every_stage, needed_stages, trimmed)
     ]
-    pieces = {k: TimedSteps(run, 1.0) for k, run in enumerate(runs)}
-    costs = [cost.ns_per_step for cost in in_turns(pieces, repeats)[0].values()]
+    timed_runs = {number: TimedSteps(run, 1.0) for number, run in enumerate(runs)}
+    costs = [cost.ns_per_step for cost in in_turns(timed_runs, repeats)[0].values()]
     ends = np.array([np.concatenate([run.data.qpos, run.data.qvel]) for run in runs])
     return Trimming(
         ns_default=costs[0],
@@ -51,7 +45,7 @@ def trimming(
         ns_trimmed=costs[2],
         identical=bool((ends == ends[0]).all()),
         stages_off=options.disabled(trimmed.opt.disableflags),
-        parts_left_out=tuple(_parts_left_out(untrimmed, translation.spec)),
+        parts_left_out=tuple(_parts_left_out(complete, translation.spec)),
     )
 
 

@@ -15,14 +15,15 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.adapters.mujoco.translation import filled
+from plumbob.engines.adapters.mujoco.translation import with_visual_parts
 from plumbob.engines.method import Method, Unsupported
 from plumbob.models.border import border
 from plumbob.models.scene import Case
 
-# Name of the camera of every scene.xml, and what is put in front of the names of its elements.
+# Name of the camera of every scene.xml, and the prefix that its elements get in a model
 CAMERA, AROUND = "view", "around/"
-# A fifth of the distance is well within a picture, whose half width is about 0.5.
+# Distance by which the mass centre may move before the camera follows, as a fraction of the
+# distance of the camera. Half the width of a picture is about 0.5.
 FREE_PART = 0.2
 CONTROLS_AHEAD = 1 << 16  # number of steps whose controls are computed at once
 
@@ -44,13 +45,14 @@ class MujocoView:
     def states(self, marks: Sequence[int]) -> Iterator[Any]:
         """Yields the mjData after so many steps, for each of the rising `marks`."""
         data = self.data
-        taken = 0
+        steps_taken = 0
         with options.collected():
             for mark in marks:
-                while taken < mark:
-                    ahead = np.arange(taken, min(mark, taken + CONTROLS_AHEAD), dtype=float)
-                    self._take(self.controls(ahead), len(ahead))
-                    taken += len(ahead)
+                while steps_taken < mark:
+                    end = min(mark, steps_taken + CONTROLS_AHEAD)
+                    steps = np.arange(steps_taken, end, dtype=float)
+                    self._take(self.controls(steps), len(steps))
+                    steps_taken = end
                 mujoco.mj_forward(self.model, data)
                 yield data
 
@@ -78,19 +80,20 @@ class MujocoView:
                 yield renderer.render().copy()
 
     def _follower(self, camera: int) -> Callable[[Any], None]:
-        """Returns a function that moves a camera after the mass centre of the model: once this has
-        gone FREE_PART of its distance from the camera, the camera keeps up with it."""
+        """Returns a function that moves a camera after the mass centre of the model, once the mass
+        centre has gone FREE_PART of its distance from the camera."""
         if camera < 0:
             return lambda data: None
         place = np.array(self.model.cam_pos[camera])
         start = np.array(self.data.subtree_com[0])
-        free = FREE_PART * float(np.linalg.norm(self.data.cam_xpos[camera] - start))
+        free_distance = FREE_PART * float(np.linalg.norm(self.data.cam_xpos[camera] - start))
 
         def follow(data: Any) -> None:
             """Moves the camera to its place for the state of `data`."""
             shift = data.subtree_com[0] - start
-            gone = float(np.linalg.norm(shift))
-            self.model.cam_pos[camera] = place + shift * max(0.0, 1.0 - free / max(gone, free))
+            distance = float(np.linalg.norm(shift))
+            followed = 1.0 - free_distance / max(distance, free_distance)
+            self.model.cam_pos[camera] = place + shift * max(0.0, followed)
             mujoco.mj_camlight(self.model, data)
 
         return follow
@@ -133,14 +136,8 @@ def view_of_scene(case: Case, method: Method, step: float) -> MujocoView:
     """Returns the model of a case with its visual parts, and with the floor, light and camera of
     its folder, as a method of MuJoCo's steps it at `step` [s]. Raises Unsupported and
     ParameterError."""
-    simulation = compiled(case, method, step)
-    translation = simulation.translation
-    spec = translation.whole or translation.spec.copy()
-    if not spec.geoms:
-        # The geoms of models without contacts are left out of runs.
-        if case.system.model_file is None:
-            raise Unsupported(f"mujoco has no model file of {case.scene.name}")
-        spec = filled(case.system.mjcf, case.system.model_file, case.problem)
+    translation = compiled(case, method, step).translation
+    spec = with_visual_parts(translation, case)
     options.apply(spec, method.settings, step)
     model = _with_surroundings(spec, case.system.mjcf)
     translation.tune(model)

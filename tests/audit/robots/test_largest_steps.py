@@ -7,8 +7,8 @@ from pathlib import Path
 import mujoco
 import pytest
 
+from plumbob.engines.adapters.mujoco.options import integrator_number
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import integrator_number
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified

@@ -36,20 +36,20 @@ from plumbob.engines.adapters.mujoco.translation import (
     Translation,
     at_rest,
     filled,
-    with_contacts,
+    set_contacts,
 )
 from plumbob.engines.method import Method, ModelError, Options, Unsupported
 from plumbob.models.tripod_capsule.model import ARMATURE_RATIO, MODEL, armature, impose
 from plumbob.models.tripod_capsule.observed import heading_of_attitude
 
-PAIR = ("solimp", "solref", "solreffriction")
-OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
+PAIR_FIELDS = ("solimp", "solref", "solreffriction")
+CONTACT_OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
 # There is one body on one plane, and so no islands of contacts to search for.
 ISLANDS = mujoco.mjtDisableBit.mjDSBL_ISLAND
-# steps of DEFAULT_STEP until default contacts are at rest: 50 of their time constants
-SETTLING = 1000
-# steps until convergent contacts are at rest: twenty periods, of which fourteen suffice
-SETTLED = 300
+# Steps of DEFAULT_STEP until default contacts are at rest: 50 of their time constants
+DEFAULT_SETTLING = 1000
+# Steps until convergent contacts are at rest: twenty periods, of which fourteen suffice
+CONVERGENT_SETTLING = 300
 DEFAULT_STEP = 1e-3  # [s] step for default contacts, whose time constant is 0.02 s at any step
 
 
@@ -60,7 +60,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
         return reduced.build(mjcf.with_name("reduced.xml"), problem, step)
     setup = problem.setup
     chosen = contacts(problem, method.settings)
-    spec = whole(mjcf, problem, method.settings, step)
+    spec = complete_model(mjcf, problem, method.settings, step)
     visual = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
         spec.delete(shown)  # visual geoms have no effect but cost time
@@ -80,9 +80,9 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 
     if chosen.convergent:
         deflected = statics(setup, spec.body("slider").pos[:2], chosen.compliance(step))
-        rest_qpos = settled_qpos(spec, tune, setup.press, step, SETTLED, deflected)
+        rest_qpos = settled_qpos(spec, tune, setup.press, step, CONVERGENT_SETTLING, deflected)
     else:
-        rest_qpos = settled_qpos(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
+        rest_qpos = settled_qpos(spec, tune, setup.press, DEFAULT_STEP, DEFAULT_SETTLING)
     qpos, qvel = start(setup, rest_qpos)
     add_sensors(spec)
     return Translation(
@@ -92,7 +92,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
         channels=lambda qpos, qvel: {"vertical_displacement": qpos[:, 2] - rest_qpos[2]},
         control=control(setup, step),
         changing_control=acceleration(problem),
-        whole=visual,
+        visual=visual,
         sensors=reading(setup),
         tune=tune,
     )
@@ -107,46 +107,45 @@ def model_error(
     return soft_contact_bounds.model_error(problem, duration, contact) if contact else {}
 
 
-def whole(
-    mjcf: Path,
-    problem: CapsuleProblem,
-    settings: Options | None = None,
-    step: float = 1e-4,
+def complete_model(
+    mjcf: Path, problem: CapsuleProblem, settings: Options, step: float
 ) -> mujoco.MjSpec:
-    """The complete model, with visual parts, of a problem: the file `mjcf` with the problem's
-    numbers, and the contacts that `settings` name at `step` [s], by default convergent ones.
+    """The model of a problem with its visual parts: the file `mjcf` with the problem's numbers, and
+    the contacts that the `settings` of a method name at `step` [s]. Other settings change the
+    model:
 
-    - `settings["height"]`: height of C and of the slider above the plane [m]; zero by default, as
-    in the source. - `settings["slider_ahead"]`: distance by which the slider starts further along
-    its line than in the problem [m]. Beyond an edge the body tips over, where there is no
-    reference. - `settings["slider_ratio"]`: smallest ratio of the slider's armature to its mass."""
-    chosen = {"contact": "coulomb"} if settings is None else settings
+    - `height`: height of C and of the slider above the plane [m]; zero by default, as in the
+      source;
+    - `slider_ahead`: distance by which the slider starts further along its line than in the problem
+      [m]. Beyond an edge the body tips over, where there is no reference;
+    - `slider_ratio`: smallest ratio of the slider's armature to its mass.
+    """
     setup = problem.setup
-    height = float(chosen.get("height", 0.0))
+    height = float(settings.get("height", 0.0))
     spec = filled(mjcf, MODEL, problem)
-    set_contacts(spec, contacts(problem, chosen), step)
-    hold = armature(setup, float(chosen.get("slider_ratio", ARMATURE_RATIO)))
-    impose(spec, hold)
-    scale_tolerance(spec, setup, hold)
+    replace_contacts(spec, contacts(problem, settings), step)
+    slider_armature = armature(setup, float(settings.get("slider_ratio", ARMATURE_RATIO)))
+    impose(spec, slider_armature)
+    scale_tolerance(spec, setup, slider_armature)
     spec.body("body").pos = [0.0, 0.0, height]
     for number in (1, 2, 3):
         spec.geom(f"support_{number}").pos[2] -= height
     line = np.array([math.cos(setup.direction), math.sin(setup.direction), 0.0])
-    spec.body("slider").pos += float(chosen.get("slider_ahead", 0.0)) * line
+    spec.body("slider").pos += float(settings.get("slider_ahead", 0.0)) * line
     return spec
 
 
-def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, step: float) -> None:
+def replace_contacts(spec: mujoco.MjSpec, profile: ContactProfile, step: float) -> None:
     """Sets every contact pair, and the options that belong to contacts, to a profile at `step` [s].
     Fields that the profile does not set get MuJoCo's defaults, whatever the file has."""
     defaults = mujoco.MjSpec()
     pair = defaults.add_pair()
-    for name in OPTIONS:
+    for name in CONTACT_OPTIONS:
         setattr(spec.option, name, getattr(defaults.option, name))
     for contact in spec.pairs:
-        for name in PAIR:
+        for name in PAIR_FIELDS:
             setattr(contact, name, getattr(pair, name))
-    with_contacts(spec, chosen, step)
+    set_contacts(spec, profile, step)
 
 
 def settled_qpos(
@@ -158,18 +157,19 @@ def settled_qpos(
     deflected: Array | None = None,
 ) -> Array:
     """The coordinates at rest under a vertical gravity of `press` [m/s^2], shape (nq,), after
-    `steps` steps of `step` [s] from the `deflected` place and attitude (see `statics`). The
-    horizontal place and the rotation about the vertical are set to zero. A run that began elsewhere
-    would begin with a drop. Raises Unsupported if the contacts are so soft that the body tips
-    over."""
+    `steps` steps of `step` [s] from the height and slopes `deflected` (see `statics`), or from the
+    file's pose if that is None. The horizontal place and the rotation about the vertical are set to
+    zero. A run that began elsewhere would begin with a drop. Raises Unsupported if the contacts are
+    so soft that the body tips over."""
     resting = spec.copy()
     resting.option.gravity = [0.0, 0.0, -press]
     resting.option.timestep = step
     model = options.compiled(resting)
     tune(model)
     if deflected is not None:
-        model.qpos0[2] += deflected[0]
-        model.qpos0[4:6] = 0.5 * deflected[2], -0.5 * deflected[1]
+        height, slope_x, slope_y = deflected
+        model.qpos0[2] += height
+        model.qpos0[4:6] = 0.5 * slope_y, -0.5 * slope_x
         upright = 1.0 - float(np.square(model.qpos0[4:6]).sum())
         if not upright > 0.0:
             raise Unsupported(

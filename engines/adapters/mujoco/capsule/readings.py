@@ -31,12 +31,12 @@ CONTACT = sum(
 tangent."""
 
 
-def scale_tolerance(spec: mujoco.MjSpec, setup: CapsuleSetup, hold: float) -> None:
-    """Scales the solver's tolerance with the slider's armature, `hold` [kg]. The solver's criterion
-    is relative to the trace of the mass matrix, which contains the armature: without scaling, a
+def scale_tolerance(spec: mujoco.MjSpec, setup: CapsuleSetup, slider_armature: float) -> None:
+    """Scales the solver's tolerance with the slider's armature [kg]. The solver's criterion is
+    relative to the trace of the mass matrix, which contains the armature: without scaling, a
     tolerance of 1e-8 would act as 1e2."""
     if driven_joints(setup):
-        scale = (setup.capsule.body_mass + setup.capsule.slider_mass) / hold
+        scale = (setup.capsule.body_mass + setup.capsule.slider_mass) / slider_armature
         spec.option.tolerance *= scale
         spec.option.noslip_tolerance *= scale
 
@@ -54,12 +54,13 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
         return None
 
     def mean_acceleration(times: Array) -> Array:
+        """The mean accelerations over the steps that begin at these times."""
         # The end of a step and the beginning of the next step are the same time, to the bit: both
         # are the number of the step times the step.
         steps = np.rint(times / step)
         edges = np.concatenate([steps, steps + 1.0]) * step
-        begun, ended = np.split(setup.slider_velocity(edges), 2)
-        return np.asarray((ended - begun) / step)
+        velocities, next_velocities = np.split(setup.slider_velocity(edges), 2)
+        return np.asarray((next_velocities - velocities) / step)
 
     return mean_acceleration
 
@@ -88,21 +89,21 @@ def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
 def turned(attitude: Array, angle: float) -> Array:
     """The quaternion `attitude`, shape (4,), rotated by `angle` [rad] about the vertical."""
     turn = np.array([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
-    both = np.empty(4)
-    mujoco.mju_mulQuat(both, turn, attitude)
-    return both
+    product = np.empty(4)
+    mujoco.mju_mulQuat(product, turn, attitude)
+    return product
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
     """Adds the sensors for `reading`: the contact of each support, the slider's acceleration less
     gravity, and the common centre of mass."""
-    for i in range(3):
+    for number in (1, 2, 3):
         spec.add_sensor(
             type=SENSOR.mjSENS_CONTACT,
             objtype=mujoco.mjtObj.mjOBJ_GEOM,
             objname="floor",
             reftype=mujoco.mjtObj.mjOBJ_GEOM,
-            refname=f"support_{i + 1}",
+            refname=f"support_{number}",
             intprm=[CONTACT, 0, 1],
         )
     spec.add_sensor(type=SENSOR.mjSENS_FRAMELINACC, objtype=BODY, objname="slider")
@@ -121,6 +122,7 @@ def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
 
     def read(data: Array) -> Observed:
+        """The observables and channels from sensor data."""
         feet = data[:, :30].reshape(-1, 3, 10)  # sample, support, the numbers of CONTACT
         loads = by_support(feet[..., 1])
         counts = feet[..., 0].sum(axis=1)

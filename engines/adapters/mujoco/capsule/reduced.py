@@ -23,7 +23,8 @@ from plumbob.models.tripod_capsule.observed import observed_on_a_line
 
 
 def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
-    """The translation of a problem on one line; raises Unsupported if the body turns."""
+    """The translation of a problem on one line, in the model file `mjcf` of the reduced model.
+    Raises Unsupported if the body turns."""
     setup = problem.setup
     motion = problem.motion
     coasting = motion.kind == "coasting"
@@ -48,8 +49,11 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
         model.dof_invweight0[0] *= JOINT_HARDENING
 
     def observe(qpos: Array, qvel: Array) -> Observed:
-        slid, rate = (qpos[:, 1], qvel[:, 1]) if qpos.shape[1] > 1 else np.zeros((2, len(qpos)))
-        return observed_on_a_line(setup, qpos[:, 0], qvel[:, 0], slid, rate), {}
+        """The observables of coordinates, shape (n, 2), or (n, 1) if the slider does not move."""
+        stroke, stroke_rate = np.zeros((2, len(qpos)))
+        if qpos.shape[1] > 1:
+            stroke, stroke_rate = qpos[:, 1], qvel[:, 1]
+        return observed_on_a_line(setup, qpos[:, 0], qvel[:, 0], stroke, stroke_rate), {}
 
     speed = float(np.hypot(*setup.velocity))
     start = np.array([speed] if setup.relative_velocity is None else [speed, 0.0])
@@ -62,19 +66,19 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
         changing_control=acceleration(problem),
         sensors=None if coasting else _forces,
         probe=partial(_friction, setup),
-        whole=spec.copy(),
+        visual=spec.copy(),
         tune=tune,
     )
 
 
 def _friction(setup: CapsuleSetup, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Friction on the body, and the force on the slider [N], shape (2,)."""
-    both = setup.capsule.body_mass + setup.capsule.slider_mass
+    total_mass = setup.capsule.body_mass + setup.capsule.slider_mass
     slider = model.body("slider").id
-    masses = np.array([both, setup.capsule.slider_mass][: model.nv])
+    masses = np.array([total_mass, setup.capsule.slider_mass][: model.nv])
     # Friction follows from the accelerations, which the solver finds to round-off. It finds forces
     # only to its tolerance.
-    friction = float(masses @ data.qacc) - both * setup.pull
+    friction = float(masses @ data.qacc) - total_mass * setup.pull
     mujoco.mj_rnePostConstraint(model, data)
     return np.array([friction, data.cfrc_int[slider, 3]])
 

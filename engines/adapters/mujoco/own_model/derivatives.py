@@ -26,6 +26,6 @@ def names(model: Any) -> Mapping[str, tuple[str, ...]]:
     return {
         "position": tuple(freedoms),
         "velocity": tuple(freedoms),
-        "activation": tuple(str(i) for i in range(model.na)),
+        "activation": tuple(map(str, range(model.na))),
         "control": control_names(model),
     }

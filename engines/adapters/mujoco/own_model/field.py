@@ -86,9 +86,9 @@ class ContinuousField:
         # Steps keep an activation at its limit, but the rates do not: there is no motion beyond the
         # limit.
         self.least, self.most = np.full(model.na, -np.inf), np.full(model.na, np.inf)
-        for i in np.flatnonzero(model.actuator_actlimited):
-            last = model.actuator_actadr[i] + model.actuator_actnum[i] - 1
-            self.least[last], self.most[last] = model.actuator_actrange[i]
+        for actuator in np.flatnonzero(model.actuator_actlimited):
+            last = model.actuator_actadr[actuator] + model.actuator_actnum[actuator] - 1
+            self.least[last], self.most[last] = model.actuator_actrange[actuator]
         self.slewing, self.slew_rates = _slewing(model)
         # Time [s] since which the control is held, and the setpoints then
         self.held, self.before = 0.0, np.zeros(self.slewing.size)
@@ -144,11 +144,11 @@ class ContinuousField:
         data = self.data
         mujoco.mj_fwdPosition(model, data)
         within = []
-        for i in range(data.ncon):
-            contact = data.contact[i]
+        for number in range(data.ncon):
+            contact = data.contact[number]
             depth = (contact.includemargin - contact.dist) / self.width
             if 0.0 < depth < 1.0 and contact.exclude == 0:
-                within.append((i, depth))
+                within.append((number, depth))
         if len(within) > MOST_IN_LAYER:
             raise NotCertifiable(
                 f"{len(within)} contacts begin within {self.width:g} m of each other, more than "
@@ -157,9 +157,9 @@ class ContinuousField:
         total = np.zeros(model.nv)
         for acting in product((False, True), repeat=len(within)):
             weight = 1.0
-            for (i, depth), acts in zip(within, acting, strict=True):
+            for (number, depth), acts in zip(within, acting, strict=True):
                 weight *= depth if acts else 1.0 - depth
-                data.contact[i].exclude = 0 if acts else 1
+                data.contact[number].exclude = 0 if acts else 1
             mujoco.mj_makeConstraint(model, data)
             mujoco.mj_island(model, data)
             mujoco.mj_transmission(model, data)
@@ -207,10 +207,17 @@ class ContinuousField:
 
 def _slewing(model: Any) -> tuple[Array, Array]:
     """Returns the activations of `model` that are setpoints of limited rates, and these rates."""
-    places = {int(getattr(mujoco.mjtDyn, k, -1)): place for k, place in SLEW_RATES.items()}
-    kinds = zip(
+    # A release of MuJoCo may lack a kind of dynamics.
+    place_of_rate = {
+        int(getattr(mujoco.mjtDyn, name, -1)): place for name, place in SLEW_RATES.items()
+    }
+    rates = dict[int, float]()
+    actuators = zip(
         model.actuator_dyntype, model.actuator_actadr, model.actuator_dynprm, strict=True
     )
-    rates = {int(at): prm[places[kind]] for kind, at, prm in kinds if kind in places}
-    limited = {at: float(rate) for at, rate in rates.items() if rate > 0.0}
-    return np.array(list(limited), int), np.array(list(limited.values()))
+    for kind, activation, parameters in actuators:
+        if kind in place_of_rate:
+            rate = float(parameters[place_of_rate[kind]])
+            if rate > 0.0:
+                rates[int(activation)] = rate
+    return np.array(list(rates), int), np.array(list(rates.values()))

@@ -17,11 +17,15 @@ DERIVED = ("map", "name", "bvh", "oct")
 def field_texts(model: Any) -> Mapping[str, str]:
     """Returns {field: its numbers, or its shape and a digest of many numbers} of a compiled model,
     options first."""
-    options = {f"opt.{n}": np.asarray(getattr(model.opt, n)) for n in _names(model.opt)}
-    values = {name: getattr(model, name) for name in _names(model)}
-    arrays = {name: a for name, a in values.items() if isinstance(a, np.ndarray)}
-    kept = {name: a for name, a in arrays.items() if a.size and not name.startswith(DERIVED)}
-    return {name: _text(values) for name, values in (options | kept).items()}
+    fields = {f"opt.{name}": np.asarray(getattr(model.opt, name)) for name in _names(model.opt)}
+    for name in _names(model):
+        values = getattr(model, name)
+        compared = (
+            isinstance(values, np.ndarray) and values.size and not name.startswith(DERIVED)
+        )
+        if compared:
+            fields[name] = values
+    return {name: _text(values) for name, values in fields.items()}
 
 
 def _names(record: Any) -> list[str]:

@@ -142,58 +142,64 @@ def _editable(text: bytes) -> list[Tag]:
 def _makers(text: bytes, part: Path) -> Makers:
     """Returns the elements that make geoms and pairs. They are identified by a mark in the margin,
     which the compiler keeps."""
-    marks = [(tag, {"margin": f"{MARK + k:.0f}"}) for k, tag in enumerate(_editable(text))]
+    marks = [
+        (tag, {"margin": f"{MARK + number:.0f}"}) for number, tag in enumerate(_editable(text))
+    ]
     model = _compiled(part, edited(text, marks))
     makers = {}
     for kind in ("geom", "pair"):
-        numbers = np.asarray(getattr(model, f"{kind}_margin")) - MARK
-        for i in np.flatnonzero(numbers >= 0).tolist():
-            makers[kind, i] = int(numbers[i])
+        elements = np.asarray(getattr(model, f"{kind}_margin")) - MARK
+        for index in np.flatnonzero(elements >= 0).tolist():
+            makers[kind, index] = int(elements[index])
     return makers
 
 
 def _part_in_text(change: Change, makers: Makers) -> Change | None:
     """Returns the part of a change that the text of the model file can express, or None. An
     element of the text, such as a default class, may make several geoms. The text can express a
-    change only if it changes all geoms of an element. `makers` are {(kind, index): XML element}."""
+    change only if it changes all geoms of an element."""
     sets = []
-    before = 0
-    after = 0
     geoms_of_element = Counter(makers.values())
     for field, indices, value in change.sets:
         kind = field.partition("_")[0]
-        maker_of = {i: makers[kind, i] for i in indices if (kind, i) in makers}
-        changed = Counter(maker_of.values())
-        included = tuple(
-            i
-            for i, element in maker_of.items()
+        element_of = {
+            index: makers[kind, index] for index in indices if (kind, index) in makers
+        }
+        changed = Counter(element_of.values())
+        kept = tuple(
+            index
+            for index, element in element_of.items()
             if changed[element] == geoms_of_element[element]
         )
-        before = before + len(indices)
-        after = after + len(included)
-        if included or not indices:
-            sets.append((field, included, value))
+        if kept or not indices:
+            sets.append((field, kept, value))
     if not sets:
         return None
-    name = change.name if before == after else f"{change.name} ({after} of {before} settings)"
+    settings = sum(len(indices) for _, indices, _ in change.sets)
+    kept_settings = sum(len(indices) for _, indices, _ in sets)
+    name = change.name
+    if kept_settings < settings:
+        name = f"{name} ({kept_settings} of {settings} settings)"
     return replace(change, name=name, sets=tuple(sets))
 
 
 def _text_without(text: bytes, changes: Sequence[Change], makers: Makers) -> bytes:
     """Returns the text of the file with these changes."""
-    edits: dict[int, dict[str, str]] = {}
+    values_of_element: dict[int, dict[str, str]] = {}
     options: dict[str, str] = {}
     flags = 0
     for field, indices, value in chain.from_iterable(change.sets for change in changes):
-        kind, _, name = field.partition("_")
-        for i in indices:
-            edits.setdefault(makers[kind, i], {})[name] = f"{value:.12g}"
+        kind, _, attribute = field.partition("_")
+        for index in indices:
+            values = values_of_element.setdefault(makers[kind, index], {})
+            values[attribute] = f"{value:.12g}"
         if not indices and field == "disableflags":
             flags |= int(value)
         elif not indices:
             options[field] = f"{value:.12g}"
     elements = _editable(text)
-    text = edited(text, [(elements[number], values) for number, values in edits.items()])
+    edits = [(elements[number], values) for number, values in values_of_element.items()]
+    text = edited(text, edits)
     flag = tag_bytes("flag", dict.fromkeys(disabled(flags), "disable")) if flags else b""
     if not flag and not options:
         return text
@@ -206,11 +212,15 @@ def _fixed_text(text: bytes, fix: FileFix) -> tuple[bytes, FixPlace]:
     elements = tags(text)
     # An included file may have options: options in front of its <include> do not count.
     last_include = max((tag.start for tag in elements if tag.name == "include"), default=0)
-    own = [
-        t for t in elements if t.path[-2:] == ("mujoco", "option") and t.start > last_include
+    options = [
+        tag
+        for tag in elements
+        if tag.path[-2:] == ("mujoco", "option") and tag.start > last_include
     ]
-    if own:
-        edits = [(_last_with(own, name), {name: value}) for name, value in fix.options.items()]
+    if options:
+        edits = [
+            (_last_with(options, name), {name: value}) for name, value in fix.options.items()
+        ]
         text = edited(text, _joined(edits))
         return _with_refsafe_off(text) if fix.unguarded else text, "own option"
     flag = tag_bytes("flag", REFSAFE_OFF) if fix.unguarded else b""

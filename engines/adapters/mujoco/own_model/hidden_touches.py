@@ -40,7 +40,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.colliding_pairs import colliding_pairs
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
-from plumbob.engines.adapters.mujoco.solids import CORNERS
+from plumbob.engines.adapters.mujoco.solids import CORNERS, mesh_vertices
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import NotCertifiable
 
@@ -184,8 +184,9 @@ class HiddenTouches:
                 continue
             middle = self._pair_at(row, motion, (early.time + late.time) / 2.0)
             if middle.distance <= 0.0:
-                edges = (self._edge(row, motion, p.time, middle.time) for p in (early, late))
-                return Touch(*edges)
+                begins = self._edge(row, motion, early.time, middle.time)
+                ends = self._edge(row, motion, late.time, middle.time)
+                return Touch(begins, ends)
             turned = (late.time - early.time) * max(early.turning, late.turning)
             off_line = _lengths(middle.places - (early.places + late.places) / 2.0)
             if turned <= TURNED and (off_line > _departures(early, late) + SHALLOW).any():
@@ -212,8 +213,8 @@ class HiddenTouches:
         kind = int(self.model.geom_type[self.second[row]])
         lever = float(self.levers[self.second[row]]) if kind in SMOOTH else 0.0
         step = late.time - early.time
-        both = (early, late)
-        speeds = [_lengths(p.velocities).max() + lever * _length(p.spin) for p in both]
+        ends = (early, late)
+        speeds = [_lengths(pair.velocities).max() + lever * _length(pair.spin) for pair in ends]
         if early.distance + late.distance + SHALLOW > PATH * step * max(speeds):
             return True
         if step * max(early.turning, late.turning) > TURNED:
@@ -222,11 +223,14 @@ class HiddenTouches:
         departures = _departures(early, late)
         spin_change = _length(late.spin - early.spin)
         for pair, displacements in ((early, moved), (late, -moved)):
-            spin = max(_length(np.cross(pair.normal, p.spin)) for p in both) + spin_change
-            along = pair.places @ pair.normal
-            here = pair.distance + along - along.min()
-            there = here + displacements @ pair.normal - step * lever * spin
-            if _least_on_parabola(here, there, 4.0 * departures).min() > -SHALLOW:
+            normal = pair.normal
+            spin = max(_length(np.cross(normal, end.spin)) for end in ends) + spin_change
+            along = pair.places @ normal
+            # The distances of the points from the plane of contact at this end and at the other
+            distances = pair.distance + along - along.min()
+            other_distances = distances + displacements @ normal - step * lever * spin
+            least = _least_on_parabola(distances, other_distances, 4.0 * departures).min()
+            if least > -SHALLOW:
                 return True
         return False
 
@@ -269,10 +273,7 @@ class HiddenTouches:
         model = self.model
         kind = model.geom_type[geom]
         if kind == KIND.mjGEOM_MESH:
-            mesh = model.geom_dataid[geom]
-            first = model.mesh_vertadr[mesh]
-            corners = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-            return np.asarray(corners, dtype=float)
+            return mesh_vertices(model, geom)
         size = np.array(model.geom_size[geom])
         if kind == KIND.mjGEOM_BOX:
             return np.asarray(CORNERS * size)

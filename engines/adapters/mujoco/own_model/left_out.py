@@ -52,16 +52,18 @@ def _never_touching(model: Any, collides: Any, met: set[tuple[int, ...]]) -> Ite
     """Yields changes without the collisions of geoms, and without the contact pairs, that never
     touch."""
     touched = set(chain.from_iterable(met))
-    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
-        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        geoms = (
-            f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
-        )
-        yield Change(f"collisions of {geoms}", off)
+    geoms = tuple(geom for geom in np.flatnonzero(collides).tolist() if geom not in touched)
+    if geoms:
+        off = (("geom_contype", geoms, 0), ("geom_conaffinity", geoms, 0))
+        count = "1 geom that never touches"
+        if len(geoms) > 1:
+            count = f"{len(geoms)} geoms that never touch"
+        yield Change(f"collisions of {count}", off)
     pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1).tolist()
-    if untouched_pairs := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
-        name = f"{len(untouched_pairs)} contact pairs that never touch"
-        yield Change(name, (("pair_margin", untouched_pairs, NEVER),))
+    untouched = tuple(number for number, pair in enumerate(pairs) if tuple(pair) not in met)
+    if untouched:
+        name = f"{len(untouched)} contact pairs that never touch"
+        yield Change(name, (("pair_margin", untouched, NEVER),))
 
 
 def apply(model: Any, left_out: Sequence[Change]) -> None:

@@ -20,7 +20,11 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.colliding_pairs import unmeasured
 from plumbob.engines.adapters.mujoco.compiled_mechanism import compiled_mechanism
 from plumbob.engines.adapters.mujoco.model_fields import name_of
-from plumbob.engines.adapters.mujoco.options import collected, disabled
+from plumbob.engines.adapters.mujoco.options import (
+    collected,
+    disabled,
+    integrator_number,
+)
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.corners import corners_of
 from plumbob.engines.adapters.mujoco.own_model.field import (
@@ -46,7 +50,6 @@ from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     UserStepper,
     diverged,
-    integrator_number,
     like_start,
 )
 from plumbob.engines.adapters.mujoco.own_model.variations import batch_states, varied_models
@@ -136,7 +139,8 @@ class MujocoModel:
     @property
     def bodies(self) -> tuple[str, ...]:
         """The names of the bodies; the number of a body without a name."""
-        return tuple(name_of(self.effective, "body", i) for i in range(self.effective.nbody))
+        model = self.effective
+        return tuple(name_of(model, "body", body) for body in range(model.nbody))
 
     @property
     def state(self) -> Array:
@@ -262,9 +266,7 @@ class MujocoModel:
         """Returns the joint or activation with most of the `weights` of the tangent space, shape
         (m,), in a state under a control."""
         model, data = self._shared_models[0]
-        put(data, state)
-        data.ctrl[:] = control
-        mujoco.mj_forward(model, data)
+        _evaluate(model, data, state, control)
         return place_of_weights(model, data, weights)
 
     def field(self, width: float = 0.0) -> ContinuousField:
@@ -288,14 +290,19 @@ class MujocoModel:
         """The names of the joints and actuators, and the places of coordinates in a state."""
         model = self.effective
         sizes = np.diff([*model.jnt_dofadr, model.nv]).tolist()
-        drawn = np.split(model.qpos0, model.jnt_qposadr[1:])
-        places = zip(model.jnt_qposadr, model.jnt_dofadr, sizes, drawn, strict=True)
-        joints = (
-            ModelJoint(model.joint(i).name, size, int(q), int(v), at)
-            for i, (q, v, size, at) in enumerate(places)
+        references = np.split(model.qpos0, model.jnt_qposadr[1:])
+        joints = tuple(
+            ModelJoint(
+                name=model.joint(number).name,
+                size=sizes[number],
+                position=int(model.jnt_qposadr[number]),
+                velocity=int(model.jnt_dofadr[number]),
+                reference=references[number],
+            )
+            for number in range(model.njnt)
         )
-        bodies = (model.body(i).name for i in np.flatnonzero(model.body_weldid))
-        return Layout(tuple(joints), control_names(model), tuple(filter(None, bodies)))
+        bodies = (model.body(body).name for body in np.flatnonzero(model.body_weldid))
+        return Layout(joints, control_names(model), tuple(filter(None, bodies)))
 
     def mechanism(self) -> Mechanism:
         """Returns the bodies, joints, shapes and actuators, for an engine to build."""
@@ -321,35 +328,33 @@ class MujocoModel:
         capped = 0
         begin = time.thread_time()
         ask = script.new_run()
-        for k in range(len(script.controls)):
+        for period in range(len(script.controls)):
+            end = (period + 1) * script.period
             try:
-                data.ctrl[:] = controls[k] = ask(k, states[k])
-                for _ in range(parts if single else 1):
-                    mujoco.mj_step(model, data, 1 if single else parts)
-                    if single:
-                        put(data, state_of(data).astype("f4"))
+                data.ctrl[:] = controls[period] = ask(period, states[period])
+                _take_steps(model, data, parts, single)
             except mujoco.FatalError as error:
-                why = f"ended by MuJoCo within {(k + 1) * script.period:g} s ({error})"
+                why = f"ended by MuJoCo within {end:g} s ({error})"
                 break
             except NotControlled as reason:
                 why = str(reason)
                 break
             capped += bool(data.nefc) and data.solver_niter.max() >= model.opt.iterations
             if diverged(data):
-                why = f"diverged within {(k + 1) * script.period:g} s"
+                why = f"diverged within {end:g} s"
                 break
-            states[k + 1] = state_of(data)
-        remarks = (
+            states[period + 1] = state_of(data)
+        remark = (
             f"the solver stops at its cap of {model.opt.iterations} iterations in {capped} of "
-            f"{len(script.controls)} control periods",
+            f"{len(script.controls)} control periods"
         )
         return Stepped(
-            model.opt.timestep,
-            states,
-            time.thread_time() - begin,
-            why,
-            remarks if capped else (),
-            controls,
+            step=model.opt.timestep,
+            states=states,
+            seconds=time.thread_time() - begin,
+            why=why,
+            remarks=(remark,) if capped else (),
+            controls=controls,
         )
 
     def timed(
@@ -450,17 +455,22 @@ class MujocoModel:
     def corners(self, states: Array) -> Array:
         """Returns corner points of the bodies [m], shape (len(states), corners, 3). The largest
         displacement of a corner is the error of its body, so that its rotation counts, too."""
-        model = self.effective
-        data = self._new_data(model)
+        data = self._new_data(self.effective)
         offsets, bodies = self._corners
         places = np.full((len(states), len(bodies), 3), np.nan)
-        for k, state in enumerate(states):
+        for number in self._placed(states, data):
+            turns = data.xmat.reshape(-1, 3, 3)[bodies]
+            places[number] = data.xpos[bodies] + np.einsum("kij,kj->ki", turns, offsets)
+        return places
+
+    def _placed(self, states: Array, data: Any) -> Iterator[int]:
+        """Puts the bodies to their places in each finite state, and yields the state's number."""
+        model = self.effective
+        for number, state in enumerate(states):
             if np.isfinite(state[: model.nq]).all():
                 data.qpos[:] = state[: model.nq]
                 mujoco.mj_kinematics(model, data)
-                turns = data.xmat.reshape(-1, 3, 3)[bodies]
-                places[k] = data.xpos[bodies] + np.einsum("kij,kj->ki", turns, offsets)
-        return places
+                yield number
 
     def poses(self, states: Array) -> Array:
         """Returns the centres of mass of the bodies [m] and their attitudes as quaternions, scalar
@@ -468,12 +478,9 @@ class MujocoModel:
         model = self.effective
         data = self._new_data(self.effective)
         poses = np.full((len(states), model.nbody, 7), np.nan)
-        for k, state in enumerate(states):
-            if np.isfinite(state[: model.nq]).all():
-                data.qpos[:] = state[: model.nq]
-                mujoco.mj_kinematics(model, data)
-                mujoco.mj_comPos(model, data)
-                poses[k] = np.hstack([data.xipos, data.xquat])
+        for number in self._placed(states, data):
+            mujoco.mj_comPos(model, data)
+            poses[number] = np.hstack([data.xipos, data.xquat])
         return poses
 
     @property
@@ -490,9 +497,7 @@ class MujocoModel:
     def held_contacts(self, state: Array, control: Array) -> HeldContacts:
         """Returns the depth and the drift of the contacts of a state that friction should hold."""
         data = self._new_data(self.effective)
-        put(data, state)
-        data.ctrl[:] = control
-        mujoco.mj_forward(self.effective, data)
+        _evaluate(self.effective, data, state, control)
         return held_contacts(self.effective, data)
 
     @property
@@ -516,8 +521,25 @@ class MujocoModel:
         """Returns the differences of two motions in generalised coordinates [rad or m], shape
         (len(states), degrees of freedom)."""
         model = self.effective
-        both = zip(states, others, strict=True)
-        return np.array([apart(model, state, other)[: model.nv] for state, other in both])
+        pairs = zip(states, others, strict=True)
+        return np.array([apart(model, state, other)[: model.nv] for state, other in pairs])
+
+
+def _take_steps(model: Any, data: Any, steps: int, single: bool) -> None:
+    """Takes `steps` steps. If `single`, the state is rounded to single precision after each."""
+    if not single:
+        mujoco.mj_step(model, data, steps)
+        return
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        put(data, state_of(data).astype("f4"))
+
+
+def _evaluate(model: Any, data: Any, state: Array, control: Array) -> None:
+    """Computes all terms and constraints of a state under a control in `data`."""
+    put(data, state)
+    data.ctrl[:] = control
+    mujoco.mj_forward(model, data)
 
 
 def _with_step(model: Any, integrator: str, step: float) -> Any:
@@ -590,12 +612,12 @@ def start_data(model: Any, start: Start = AS_IT_STANDS) -> Any:
         if values is None:
             continue
         state = getattr(data, name)
-        shown = values if isinstance(values, str) else type(values).__name__
+        shown: Any = values if isinstance(values, str) else type(values).__name__
         with must_be("a list of numbers", name, shown):
             numbers = np.asarray(values, dtype=float)
         if numbers.shape != state.shape or not np.isfinite(numbers).all():
-            given = f"{numbers.size} numbers" if numbers.size != state.size else values
-            raise ParameterError(name, given, f"{state.size} finite numbers, as the model has")
+            shown = f"{numbers.size} numbers" if numbers.size != state.size else values
+            raise ParameterError(name, shown, f"{state.size} finite numbers, as the model has")
         state[:] = numbers
     try:
         mujoco.mj_forward(model, data)
@@ -635,14 +657,14 @@ def clamped_model(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
     if model.opt.disableflags & REFSAFE:
         return model, changed
     least = SAFE * step
-    off = set(disabled(model.opt.disableflags))
+    disabled_stages = set(disabled(model.opt.disableflags))
     for name, (stage, *switches) in TIME_CONSTANTS.items():
         values = getattr(model, name, np.zeros((0, 2)))
         short = (values[:, 0] > 0.0) & (values[:, 0] < least)
         values[short, 0] = least
         acting = [getattr(model, switch) != 0 for switch in switches] or [short]
         used = int((short & np.any(acting, axis=0)).sum())
-        if used and not off & {"constraint", stage}:
+        if used and not disabled_stages & {"constraint", stage}:
             changed[name] = used
     overriding = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE
     if overriding and 0.0 < model.opt.o_solref[0] < least:
@@ -658,7 +680,7 @@ def _keyframe(model: Any, keyframe: int | str) -> int:
         number = int(keyframe)
     if 0 <= number < model.nkey:
         return int(number)
-    names = (model.key(i).name or str(i) for i in range(model.nkey))
+    names = (model.key(key).name or str(key) for key in range(model.nkey))
     offered = ", ".join(names) or "none: the model has none"
     raise ParameterError("keyframe", keyframe, f"one of {offered}")
 

@@ -37,15 +37,15 @@ def place_of_weights(model: Any, data: Any, weights: Array) -> Place:
         return Place(f"activation of {name_with_kind(model, 'actuator', int(actuator))}")
     joint = int(np.argmax(by_joint))
     degrees = np.flatnonzero(model.dof_jntid == joint).tolist()
-    degree = max(degrees, key=lambda k: by_degree[k])
+    degree = max(degrees, key=lambda number: by_degree[number])
     along = np.eye(nv)[degree]
     inertia = _inertia(model, data, along)
     slides = model.jnt_type[joint] == SLIDES or (len(degrees) == 6 and degree < degrees[3])
     unit = "kg" if slides else "kg m²"
     inertia_text = f" on {inertia:.2g} {unit}"
     heavier = tuple(
-        ("dof_armature", (k,), float(model.dof_armature[k]) + _rounded(inertia))
-        for k in degrees
+        ("dof_armature", (number,), float(model.dof_armature[number]) + _rounded(inertia))
+        for number in degrees
     )
     return Place(
         name_with_kind(model, "joint", joint),
@@ -73,16 +73,24 @@ def _rounded(value: float) -> float:
 
 
 def _weaker_element(
-    model: Any, what: str, field: str, at: Sequence[int], on: str, remedy: Change | None = None
+    model: Any,
+    what: str,
+    field: str,
+    indices: Sequence[int],
+    inertia_text: str,
+    remedy: Change | None = None,
 ) -> Iterator[Element]:
-    """Yields an element with smaller numbers `at` places of a field, if the first is not 0."""
-    values = np.ravel(getattr(model, field))[list(at)]
+    """Yields the element whose stiffness or damping is at some indices of a field, with a weaker
+    version, if the first of its numbers is not 0. `what` names the number, and `inertia_text` the
+    inertia on which it acts."""
+    values = np.ravel(getattr(model, field))[list(indices)].tolist()
     if values[0] != 0.0:
-        name = f"{what} {abs(values[0]):.4g}{on}"
-        sets = (
-            (field, (k,), WEAKER * float(value)) for k, value in zip(at, values, strict=True)
+        name = f"{what} {abs(values[0]):.4g}{inertia_text}"
+        sets = tuple(
+            (field, (index,), WEAKER * value)
+            for index, value in zip(indices, values, strict=True)
         )
-        yield Element(name, Change(name, tuple(sets)), remedy)
+        yield Element(name, Change(name, sets), remedy)
 
 
 def actuator_moments(model: Any, data: Any) -> Array:
@@ -97,17 +105,21 @@ def actuator_moments(model: Any, data: Any) -> Array:
 def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
     """Yields the stiffness and the damping of the actuators that act on some degrees of freedom."""
     moments = actuator_moments(model, data)
-    for i in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():
-        inertia = _inertia(model, data, moments[i])
-        first = i * model.actuator_biasprm.shape[1]
-        stiffness, damping = (-float(model.actuator_biasprm[i, k]) for k in (1, 2))
+    for actuator in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():
+        inertia = _inertia(model, data, moments[actuator])
+        inertia_text = f" on {inertia:.2g} {unit}"
+        # The second and the third number of an actuator's bias are -kp and -kv.
+        kp_index = actuator * model.actuator_biasprm.shape[1] + 1
+        kv_index = kp_index + 1
+        stiffness, damping = (-model.actuator_biasprm[actuator, 1:3]).tolist()
         critical = _rounded(2.0 * math.sqrt(max(stiffness, 0.0) * inertia))
         wanted = critical if critical > damping else _rounded(damping / 2.0)
-        remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", (first + 2,), -wanted),))
-        for k, what in enumerate(("kp", "kv"), start=first + 1):
-            name = f"{name_with_kind(model, 'actuator', i)} {what}"
-            on = f" on {inertia:.2g} {unit}"
-            yield from _weaker_element(model, name, "actuator_biasprm", (k,), on, remedy)
+        remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", (kv_index,), -wanted),))
+        name = name_with_kind(model, "actuator", actuator)
+        for gain, index in (("kp", kp_index), ("kv", kv_index)):
+            yield from _weaker_element(
+                model, f"{name} {gain}", "actuator_biasprm", (index,), inertia_text, remedy
+            )
 
 
 def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:
@@ -116,31 +128,30 @@ def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:
     column = np.zeros(data.nefc)
     mujoco.mj_mulJacVec(model, data, column, along)
     rows = np.flatnonzero(column)
-    for kind, i in sorted(set(zip(data.efc_type[rows], data.efc_id[rows], strict=True))):
+    for kind, number in sorted(set(zip(data.efc_type[rows], data.efc_id[rows], strict=True))):
         if kind == KINDS.mjCNSTR_LIMIT_JOINT:
-            yield _softer_element(model, "its limit", "jnt_solref", (i,))
+            yield _softer_element(model, "its limit", "jnt_solref", (number,))
         elif kind == KINDS.mjCNSTR_EQUALITY:
-            yield _softer_element(
-                model, name_with_kind(model, "equality", i), "eq_solref", (i,)
-            )
-        elif kind >= TOUCHING and data.contact.geom[i].min() >= 0:
-            geoms = data.contact.geom[i]
-            yield _softer_element(
-                model, f"contact {pair_name(model, geoms)}", "geom_solref", geoms
-            )
+            name = name_with_kind(model, "equality", number)
+            yield _softer_element(model, name, "eq_solref", (number,))
+        elif kind >= TOUCHING and data.contact.geom[number].min() >= 0:
+            geoms = data.contact.geom[number]
+            name = f"contact {pair_name(model, geoms)}"
+            yield _softer_element(model, name, "geom_solref", geoms)
 
 
 def _softer_element(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
     """Returns a constraint with a softer version: a longer time constant in `solref`, or a smaller
     stiffness."""
     sets = list[tuple[str, tuple[int, ...], float]]()
-    for i in map(int, rows):
-        constant, damping = getattr(model, field)[i].tolist()
-        softer = LONGER * constant, damping
-        if constant < 0.0:
-            softer = constant / LONGER**2, damping / LONGER
-        sets += [(field, (2 * i + k,), value) for k, value in enumerate(softer)]
-    change = Change(f"solref {softer[0]:.2g}" if constant > 0.0 else "solref", tuple(sets))
+    for row in map(int, rows):
+        # A positive time constant and a damping ratio, or a negative stiffness and a damping
+        first, second = getattr(model, field)[row].tolist()
+        softer = LONGER * first, second
+        if first < 0.0:
+            softer = first / LONGER**2, second / LONGER
+        sets += [(field, (2 * row,), softer[0]), (field, (2 * row + 1,), softer[1])]
+    change = Change(f"solref {softer[0]:.2g}" if first > 0.0 else "solref", tuple(sets))
     return Element(name, change, change)
 
 

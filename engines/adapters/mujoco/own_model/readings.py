@@ -9,13 +9,14 @@ import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
 from plumbob.engines.adapters.mujoco.model_fields import actuator_count, name_of
+from plumbob.engines.adapters.mujoco.options import numbers_text
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import HeldContacts
 
 NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
 KINDS = mujoco.mjtConstraint
 LIMITS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
-# fraction of the friction limit: a contact with a smaller friction force is held
+# Fraction of the friction limit: a contact with a smaller friction force is held
 HELD = 0.9
 # [m or rad] largest depth of contacts, and excess over limits, that a start is meant to have
 DEEP = 0.01
@@ -25,17 +26,19 @@ def control_names(model: Any) -> tuple[str, ...]:
     """Returns a name for each control: the name of its actuator, with a number if the actuator has
     several controls."""
     count = actuator_count(model)
-    several = getattr(model, "actuator_ctrlnum", np.ones(count, int))
-    names = [name_of(model, "actuator", i) for i in range(count)]
+    counts_of_controls = getattr(model, "actuator_ctrlnum", np.ones(count, int))
     controls = list[str]()
-    for name, size in zip(names, several, strict=True):
-        controls += [f"{name}[{k}]" for k in range(size)] if size > 1 else [name] * size
+    for actuator, size in enumerate(counts_of_controls):
+        name = name_of(model, "actuator", actuator)
+        controls += (
+            [f"{name}[{number}]" for number in range(size)] if size > 1 else [name] * size
+        )
     return tuple(controls)
 
 
 def pair_name(model: Any, pair: Any) -> str:
     """Returns the names of the two geoms of a contact."""
-    return " – ".join(name_of(model, "geom", i) for i in pair if i >= 0)
+    return " – ".join(name_of(model, "geom", geom) for geom in pair if geom >= 0)
 
 
 def readings(model: Any, data: Any, states: Array) -> Signals:
@@ -44,55 +47,52 @@ def readings(model: Any, data: Any, states: Array) -> Signals:
     excess of a joint or tendon over its limit, and largest violation of an equality [m or rad]. A
     reading that is 0 in all states is left out; NaN stands for a state that is not finite."""
     measured = np.full((len(NAMES), len(states)), np.nan)
-    # The whole mass if a joint is free; 0 otherwise, which leaves the momentum out.
-    free = model.body_subtreemass[0] * (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any()
-    for k, state in enumerate(states):
+    for number, state in enumerate(states):
         if np.isfinite(state).all():
             put(data, state)
-            mujoco.mj_fwdPosition(model, data)
-            mujoco.mj_fwdVelocity(model, data)
-            mujoco.mj_energyPos(model, data)
-            mujoco.mj_energyVel(model, data)
-            mujoco.mj_subtreeVel(model, data)
-            momentum = free * np.linalg.norm(data.subtree_linvel[0])
-            depth, beyond = _largest_violations(data)
-            missed = np.abs(_constraint_distances(data, KINDS.mjCNSTR_EQUALITY)).max(
-                initial=0.0
-            )
-            measured[:, k] = (
-                data.energy.sum(),
-                momentum,
-                depth,
-                _fastest_slip(model, data),
-                beyond,
-                missed,
-            )
-    present = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
-    return {
-        name: values
-        for name, values, is_present in zip(NAMES, measured, present, strict=True)
-        if is_present
-    }
+            measured[:, number] = _readings_of_state(model, data)
+    largest = np.nanmax(np.abs(measured), axis=1, initial=0.0)
+    rows = zip(NAMES, measured, largest, strict=True)
+    return {name: values for name, values, size in rows if size > 0.0}
+
+
+def _readings_of_state(model: Any, data: Any) -> tuple[float, ...]:
+    """Returns the readings of the state of `data`, in the order of NAMES."""
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_fwdVelocity(model, data)
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_energyVel(model, data)
+    mujoco.mj_subtreeVel(model, data)
+    # Without a free joint the momentum is 0, and is left out.
+    has_free_joint = (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any()
+    mass = model.body_subtreemass[0] * has_free_joint
+    depth, excess = _largest_violations(data)
+    equality_distances = np.abs(_constraint_distances(data, KINDS.mjCNSTR_EQUALITY))
+    return (
+        data.energy.sum(),
+        mass * np.linalg.norm(data.subtree_linvel[0]),
+        depth,
+        _fastest_slip(model, data),
+        excess,
+        equality_distances.max(initial=0.0),
+    )
 
 
 def start_warnings(start: Any) -> tuple[str, ...]:
     """Returns warnings about a `start`, an mjData whose constraints are computed: geoms deep inside
     each other, or limits far exceeded."""
-    depth, beyond = _largest_violations(start)
+    depth, excess = _largest_violations(start)
     warnings = [f"contacts {depth:.2g} m deep"] if depth > DEEP else []
-    warnings += [f"limits exceeded by {beyond:.2g} m or rad"] if beyond > DEEP else []
-    return (
-        (f"it starts with {' and '.join(warnings)}: is that posture meant?",)
-        if warnings
-        else ()
-    )
+    warnings += [f"limits exceeded by {excess:.2g} m or rad"] if excess > DEEP else []
+    if not warnings:
+        return ()
+    return (f"it starts with {' and '.join(warnings)}: is that posture meant?",)
 
 
 def _largest_violations(data: Any) -> tuple[float, float]:
     """Returns the deepest penetration [m], and the largest excess over a limit [m or rad]."""
-    return -data.contact.dist.min(initial=0.0), -_constraint_distances(data, *LIMITS).min(
-        initial=0.0
-    )
+    limit_distances = _constraint_distances(data, *LIMITS)
+    return -data.contact.dist.min(initial=0.0), -limit_distances.min(initial=0.0)
 
 
 def held_contacts(model: Any, data: Any) -> HeldContacts:
@@ -110,7 +110,10 @@ def held_contacts(model: Any, data: Any) -> HeldContacts:
             continue
         if -contact.dist > depth:
             depth, deepest_geoms = -float(contact.dist), pair_name(model, contact.geom)
-            softness = {"solref": _numbers(contact.solref), "solimp": _numbers(contact.solimp)}
+            softness = {
+                "solref": numbers_text(contact.solref),
+                "solimp": numbers_text(contact.solimp),
+            }
         slip = contact_slip(model, data, contact)
         if slip > drift:
             drift, drifting_geoms = slip, pair_name(model, contact.geom)
@@ -125,11 +128,6 @@ def held_contacts(model: Any, data: Any) -> HeldContacts:
         drifting_geoms=drifting_geoms,
         regularisation=regularisation,
     )
-
-
-def _numbers(values: Array) -> str:
-    """Returns numbers as MJCF writes them."""
-    return " ".join(f"{value:g}" for value in values)
 
 
 def _constraint_distances(data: Any, *kinds: Any) -> Array:

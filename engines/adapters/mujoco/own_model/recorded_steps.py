@@ -14,7 +14,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.model_fields import name_with_kind
-from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.engines.adapters.mujoco.options import collected, integrator_number
 from plumbob.engines.adapters.mujoco.own_model.field import with_converging_solver
 from plumbob.engines.adapters.mujoco.own_model.left_out import NEVER
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
@@ -31,14 +31,8 @@ from plumbob.engines.recorded_step import StepInput, StepOutcome, StepRun, Suspe
 NUDGED_FIELDS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
     *("jnt_pos", "jnt_axis", "jnt_stiffness", "qpos_spring", "dof_armature", "dof_damping"),
-    *(
-        "dof_invweight0",
-        "body_invweight0",
-        "geom_pos",
-        "geom_quat",
-        "geom_size",
-        "geom_friction",
-    ),
+    *("dof_invweight0", "body_invweight0"),
+    *("geom_pos", "geom_quat", "geom_size", "geom_friction"),
     *("actuator_gear", "actuator_gainprm", "actuator_biasprm", "tendon_stiffness"),
     *("tendon_damping",),
 )
@@ -149,10 +143,10 @@ class MujocoRecordedSteps:
         precision: type[np.floating[Any]],
         stored: Callable[[Array], Array],
     ) -> Array:
-        """Returns the changes of the state after the steps, in tangent coordinates, shape (NUDGES,
-        m), if the state, the controls, the forces and the numbers of the model change by a unit in
-        the last place of a precision. State and controls change by `stored` of their values if that
-        is more."""
+        """Returns changes of the state after the steps, in tangent coordinates, shape (NUDGES, m).
+        In each row the state, the controls, the forces and the numbers of the model are changed by
+        a unit in the last place of a precision, up or down at random. The state and the controls
+        are changed by `stored` of their values if that is more."""
         model = self.model
         outcome = self.after(before)
         largest = sum(np.abs(getattr(self.data, name)) for name in NUDGED_FORCES)
@@ -160,9 +154,11 @@ class MujocoRecordedSteps:
         rng = np.random.default_rng(0)
 
         def moved(values: Array, least: Callable[[Array], Array] | None = None) -> Array:
-            """Returns values a unit in the last place up or down, or `least` of them."""
+            """Returns values a unit in the last place up or down, or `least` of them if that is
+            more."""
             size = unit_in_last_place(values, precision)
-            size = size if least is None else np.maximum(size, least(values))
+            if least is not None:
+                size = np.maximum(size, least(values))
             return np.asarray(values + rng.choice([-1.0, 1.0], values.shape) * size)
 
         other = self.changed
@@ -312,24 +308,25 @@ def _set_fields(model: Any, fields: dict[str, Any]) -> None:
 
 
 def _touching(data: Any) -> tuple[Any, ...]:
-    """Returns (kind, number, geoms) of each active constraint of the mjData, in a fixed order."""
-    found = set()
+    """Returns (kind, number, geoms) of each active limit and contact of the mjData, in a fixed
+    order. A contact has the number -1, a limit has no geoms."""
+    constraints = set[tuple[int, int, tuple[int, ...]]]()
     for kind, number in zip(data.efc_type.tolist(), data.efc_id.tolist(), strict=True):
         if kind >= FIRST_CONTACT:
             geoms = tuple(sorted(data.contact.geom[number].tolist()))
-            found.add((kind, -1, geoms))
+            constraints.add((kind, -1, geoms))
         elif kind >= FIRST_LIMIT:
-            found.add((kind, number, ()))
-    return tuple(sorted(found))
+            constraints.add((kind, number, ()))
+    return tuple(sorted(constraints))
 
 
 def touching_with_contacts(model: Any, data: Any, others: tuple[Any, ...]) -> tuple[Any, ...]:
     """Returns the constraints of `others` with the contacts of the mjData, which a port has filled,
     in place of their contacts."""
-    found = {entry for entry in others if not entry[2]}
+    constraints = {entry for entry in others if not entry[2]}
     cone = FIRST_CONTACT + 1 + int(model.opt.cone)
     for contact in data.contact:
         if contact.dist < contact.includemargin and contact.geom.min() >= 0:
             kind = cone if contact.dim > 1 else FIRST_CONTACT
-            found.add((kind, -1, tuple(sorted(contact.geom.tolist()))))
-    return tuple(sorted(found))
+            constraints.add((kind, -1, tuple(sorted(contact.geom.tolist()))))
+    return tuple(sorted(constraints))

@@ -19,7 +19,9 @@ def check_continuous(model: Any) -> None:
     continuous motion has."""
     option = model.opt
     enabled = mujoco.mjtEnableBit
-    set_callbacks = [n for n in CALLBACKS if getattr(mujoco, f"get_mjcb_{n}")() is not None]
+    set_callbacks = [
+        name for name in CALLBACKS if getattr(mujoco, f"get_mjcb_{name}")() is not None
+    ]
     reasons = (
         (
             bool(model.nplugin and sum(model.plugin_statenum)),

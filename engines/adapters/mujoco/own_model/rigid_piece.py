@@ -13,6 +13,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.model_fields import name_of
+from plumbob.engines.adapters.mujoco.solids import mesh_vertices
 from plumbob.engines.own_motion import NotCertifiable
 
 # Largest sine of the angle between gravity and the plane's normal, and largest force over mass
@@ -65,8 +66,9 @@ def rigid_piece(
     piece.inertia, axes = np.linalg.eigh(inertia)
     axes[:, 2] *= np.linalg.det(axes)  # right-handed
     piece.iquat = _quaternion(axes)
-    for k, geom in enumerate(geoms):
-        _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
+    copy = GeomCopy(spec, piece, model, data, turn, centre)
+    for number, geom in enumerate(geoms):
+        copy.add(geom, f"geom_{number}")
     _copy_pairs(spec, model, plane, geoms)
     compiled = _compiled(spec, model, gravity)
     if friction is not None:
@@ -115,12 +117,13 @@ def _forces_left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[s
         yield "the medium"
     first = model.body_dofadr[root]
     floor = (data.contact.geom == plane).any(axis=1)
-    own_contact = [
-        kind >= int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS) and floor[i]
-        for kind, i in zip(data.efc_type, data.efc_id, strict=True)
+    contact_kinds = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS)
+    on_floor = [
+        kind >= contact_kinds and floor[contact]
+        for kind, contact in zip(data.efc_type, data.efc_id, strict=True)
     ]
     constrained = np.zeros(model.nv)
-    mujoco.mj_mulJacTVec(model, data, constrained, np.where(own_contact, 0.0, 1.0))
+    mujoco.mj_mulJacTVec(model, data, constrained, np.where(on_floor, 0.0, 1.0))
     acting = {
         "passive forces": data.qfrc_passive,
         "forces of actuators": data.qfrc_actuator,
@@ -137,12 +140,12 @@ def _free_body(model: Any, name: str | None) -> int:
     free: list[int] = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist()
     if not free:
         raise NotCertifiable("the model has no free body: nothing in it slides on a plane")
-    names = {name_of(model, "body", b): b for b in free}
-    if name is not None and name not in names:
-        raise ParameterError("body", name, f"a free body: {', '.join(names)}")
-    return (
-        names[name] if name is not None else max(free, key=lambda b: model.body_subtreemass[b])
-    )
+    if name is None:
+        return max(free, key=lambda body: model.body_subtreemass[body])
+    numbers = {name_of(model, "body", body): body for body in free}
+    if name not in numbers:
+        raise ParameterError("body", name, f"a free body: {', '.join(numbers)}")
+    return numbers[name]
 
 
 def _plane_and_geoms(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
@@ -161,6 +164,7 @@ def _plane_and_geoms(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
         raise NotCertifiable("the model has no plane that its free body can touch")
 
     def lowest(plane: int) -> float:
+        """The smallest height of a geom's centre above a plane [m]."""
         arms = data.geom_xpos[reachable[plane]] - data.geom_xpos[plane]
         return float((arms @ data.geom_xmat[plane, 2::3]).min())
 
@@ -188,8 +192,8 @@ def _can_touch(model: Any, plane: int, geom: int) -> bool:
 
 def _pairs_of(model: Any) -> dict[frozenset[int], int]:
     """Returns {two geoms: number of their contact pair} of the model."""
-    both = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
-    return {frozenset(pair): i for i, pair in enumerate(both)}
+    pairs = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
+    return {frozenset(pair): number for number, pair in enumerate(pairs)}
 
 
 def _inertia(data: Any, body: int) -> Array:
@@ -199,38 +203,45 @@ def _inertia(data: Any, body: int) -> Array:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _add_geom(
-    spec: Any,
-    piece: Any,
-    model: Any,
-    data: Any,
-    geom: int,
-    name: str,
-    turn: Array,
-    centre: Array,
-) -> None:
-    """Adds a copy of a geom to the piece, at its place relative to the `centre` of mass, in the
-    axes `turn` of the plane."""
-    quaternion = _quaternion(turn.T @ np.array(data.geom_xmat[geom]).reshape(3, 3))
-    place = turn.T @ (data.geom_xpos[geom] - centre)
-    added = piece.add_geom(
-        name=name, type=mujoco.mjtGeom(int(model.geom_type[geom])), pos=place, quat=quaternion
-    )
-    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+@dataclass(frozen=True)
+class GeomCopy:
+    """Copies geoms of the user's model to the piece."""
+
+    spec: Any  # MjSpec of the piece
+    piece: Any  # its body
+    model: Any  # mjModel of the user
+    data: Any  # mjData of the user, whose positions are computed
+    turn: Array  # axes of the plane in the world, shape (3, 3)
+    centre: Array  # centre of mass of the piece in the world [m]
+
+    def add(self, geom: int, name: str) -> None:
+        """Adds a copy of a geom with a name, at its place relative to the centre of mass, in the
+        axes of the plane."""
+        model = self.model
+        place = self.turn.T @ (self.data.geom_xpos[geom] - self.centre)
+        axes = self.turn.T @ np.array(self.data.geom_xmat[geom]).reshape(3, 3)
+        kind = mujoco.mjtGeom(int(model.geom_type[geom]))
+        added = self.piece.add_geom(name=name, type=kind, pos=place, quat=_quaternion(axes))
+        if kind == mujoco.mjtGeom.mjGEOM_MESH:
+            added.meshname = self._mesh_name(geom)
+        else:
+            added.size = model.geom_size[geom]
+        _copy_contact_settings(added, model, geom)
+
+    def _mesh_name(self, geom: int) -> str:
+        """The name of the mesh of a geom in the piece, which gets a copy of the mesh if it has
+        none."""
+        model = self.model
         mesh = int(model.geom_dataid[geom])
-        added.meshname = f"mesh_{mesh}"
-        if all(m.name != added.meshname for m in spec.meshes):
-            first = model.mesh_vertadr[mesh]
-            count = model.mesh_vertnum[mesh]
-            copied = spec.add_mesh(name=added.meshname)
-            copied.uservert = model.mesh_vert[first : first + count].ravel().tolist()
+        name = f"mesh_{mesh}"
+        if all(other.name != name for other in self.spec.meshes):
             first = model.mesh_faceadr[mesh]
-            count = model.mesh_facenum[mesh]
-            copied.userface = model.mesh_face[first : first + count].ravel().tolist()
+            faces = model.mesh_face[first : first + model.mesh_facenum[mesh]]
+            copied = self.spec.add_mesh(name=name)
+            copied.uservert = mesh_vertices(model, geom).ravel().tolist()
+            copied.userface = faces.ravel().tolist()
             copied.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
-    else:
-        added.size = model.geom_size[geom]
-    _copy_contact_settings(added, model, geom)
+        return name
 
 
 def _copy_contact_settings(target: Any, model: Any, geom: int) -> None:
@@ -241,14 +252,14 @@ def _copy_contact_settings(target: Any, model: Any, geom: int) -> None:
 
 def _copy_pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
     """Copies the contact pairs of the plane with the geoms."""
-    numbers = _pairs_of(model)
-    for k, geom in enumerate(geoms):
-        i = numbers.get(frozenset((plane, geom)))
-        if i is not None:
-            added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}")
-            added.condim = int(model.pair_dim[i])
+    pairs = _pairs_of(model)
+    for number, geom in enumerate(geoms):
+        pair = pairs.get(frozenset((plane, geom)))
+        if pair is not None:
+            added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{number}")
+            added.condim = int(model.pair_dim[pair])
             for name in PAIR:
-                setattr(added, name, getattr(model, f"pair_{name}")[i])
+                setattr(added, name, getattr(model, f"pair_{name}")[pair])
 
 
 def _lower_to_plane(model: Any) -> None:
@@ -256,15 +267,17 @@ def _lower_to_plane(model: Any) -> None:
     NotCertifiable if contacts are disabled."""
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
         raise NotCertifiable("no contact with the plane is made: contacts may be disabled")
-    near = mujoco.MjData(model)
-    near.qpos[2] = up = 4.0 * float(
-        np.linalg.norm(model.geom_pos, axis=1).max() + model.geom_rbound.max()
-    )
-    mujoco.mj_kinematics(model, near)
-    gaps = (
-        mujoco.mj_geomDistance(model, near, 0, g, 2 * up, None) for g in range(1, model.ngeom)
-    )
-    model.qpos0[2] = up - min(gaps)
+    size = float(np.linalg.norm(model.geom_pos, axis=1).max() + model.geom_rbound.max())
+    height = 4.0 * size  # at this height nothing touches the plane
+    data = mujoco.MjData(model)
+    data.qpos[2] = height
+    mujoco.mj_kinematics(model, data)
+    plane = 0
+    gaps = [
+        mujoco.mj_geomDistance(model, data, plane, geom, 2 * height, None)
+        for geom in range(1, model.ngeom)
+    ]
+    model.qpos0[2] = height - min(gaps)
 
 
 def _quaternion(axes: Array) -> Array:

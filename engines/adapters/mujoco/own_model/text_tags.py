@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 from xml.parsers.expat import ParserCreate
 
 ATTRIBUTE = re.compile(rb"""([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
@@ -33,27 +32,27 @@ def tags(text: bytes) -> list[Tag]:
     """Returns the elements of a text in the order of their start tags, the root first. Raises
     ExpatError if the text is no XML."""
     parser = ParserCreate()
-    found: list[dict[str, Any]] = []
+    elements: list[Tag] = []  # without their ends until their end tags are read
     open_numbers: list[int] = []
 
     def begin(name: str, attributes: Mapping[str, str]) -> None:
         """Notes a start tag."""
-        around = found[open_numbers[-1]]["path"] if open_numbers else ()
+        path = elements[open_numbers[-1]].path if open_numbers else ()
         start = parser.CurrentByteIndex
         match = START_TAG.match(text, start)
         inner = match.end() if match else start
-        open_numbers.append(len(found))
-        found.append({"path": (*around, name), "attributes": attributes, "start": start})
-        found[-1]["inner"] = inner
+        open_numbers.append(len(elements))
+        elements.append(Tag((*path, name), attributes, start, inner, close=inner))
 
     def end(name: str) -> None:
         """Notes an end tag."""
-        tag = found[open_numbers.pop()]
-        tag["close"] = max(parser.CurrentByteIndex, tag["inner"])
+        number = open_numbers.pop()
+        close = max(parser.CurrentByteIndex, elements[number].inner)
+        elements[number] = replace(elements[number], close=close)
 
     parser.StartElementHandler, parser.EndElementHandler = begin, end
     parser.Parse(text, True)
-    return [Tag(**values) for values in found]
+    return elements
 
 
 def edited(text: bytes, changes: Iterable[tuple[Tag, Mapping[str, str]]]) -> bytes:
@@ -99,10 +98,11 @@ def inserted(text: bytes, parent: Tag, element: bytes, first: bool = False) -> b
     if first:
         return text[: parent.inner] + newline + b"  " + element + text[parent.inner :]
     # The spaces before the parent's end tag belong to its line.
-    at = len(text[: parent.close].rstrip(b" \t"))
-    before = b"" if text[:at].endswith(b"\n") else newline
-    indent = text[at : parent.close] + b"  "
-    return text[:at] + before + indent + element + newline + text[at:]
+    head = text[: parent.close].rstrip(b" \t")
+    tail = text[len(head) :]
+    before = b"" if head.endswith(b"\n") else newline
+    indent = text[len(head) : parent.close] + b"  "
+    return head + before + indent + element + newline + tail
 
 
 def with_includes(file: Path, folder: Path) -> bytes:
@@ -113,11 +113,11 @@ def with_includes(file: Path, folder: Path) -> bytes:
         if tag.name != "include":
             continue
         named = tag.attributes["file"]
-        places = (p / named for p in (file.parent, folder))
-        other = next((place for place in places if place.is_file()), None)
-        if other is None:
+        places = [file.parent / named, folder / named]
+        files = [place for place in places if place.is_file()]
+        if not files:
             raise ValueError(f"{named} is not there")
-        included = with_includes(other, folder)
+        included = with_includes(files[0], folder)
         root = tags(included)[0]
         end = _end(text, tag)
         text = text[: tag.start] + included[root.inner : root.close].strip() + text[end:]

@@ -20,7 +20,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Settings
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
-from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.engines.adapters.mujoco.options import collected, integrator_number
 from plumbob.engines.adapters.mujoco.own_model.model import (
     MujocoModel,
     own_model,
@@ -31,7 +31,7 @@ from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     RigidPiece,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, integrator_number
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
@@ -294,9 +294,9 @@ class MujocoContacts(RigidPiece):
         for pair in list(spec.pairs):
             spec.delete(pair)
         fields = own_pair(method, step, 1.0, stiffness)
-        for k, name in enumerate(self.geoms):
+        for number, name in enumerate(self.geoms):
             if name in frictions:
-                added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}", condim=3)
+                added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{number}", condim=3)
                 added.friction[:2] = frictions[name]
                 for field, values in fields.items():
                     getattr(added, field)[: len(values)] = values
@@ -347,11 +347,11 @@ class MujocoContacts(RigidPiece):
     def _new_names(self, feet: Iterable[str]) -> dict[str, str]:
         """Returns {place of a geom without a name in the file: a name that it may get} for the
         plane and for the feet."""
-        taken = {self.whole.geom(number).name for number in range(self.whole.ngeom)}
+        used_names = {self.whole.geom(number).name for number in range(self.whole.ngeom)}
         new_names: dict[str, str] = {}
         for place, stem in ((self.plane, "floor"), *((foot, "foot") for foot in feet)):
-            if place not in taken:
+            if place not in used_names:
                 numbered = (f"{stem}_{number}" for number in count(1))
-                new_names[place] = next(name for name in numbered if name not in taken)
-                taken.add(new_names[place])
+                new_names[place] = next(name for name in numbered if name not in used_names)
+                used_names.add(new_names[place])
         return new_names

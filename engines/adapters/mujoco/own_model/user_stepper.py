@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.options import integrator_number
 from plumbob.engines.adapters.mujoco.stepper import MujocoStepper
 from plumbob.engines.adapters.mujoco.transition import difference_size
 from plumbob.engines.own_motion import NotCertifiable
@@ -16,11 +17,6 @@ from plumbob.engines.stepper import State, StepDerivatives
 
 # MuJoCo's warnings that positions, velocities or accelerations have no bounds
 _BAD = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
-
-
-def integrator_number(integrator: str) -> Any:
-    """Returns MuJoCo's number of an integrator."""
-    return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
 
 
 def diverged(data: Any) -> bool:
