@@ -18,11 +18,7 @@ from plumbob.engines.adapters.mujoco.options import collected, integrator_number
 from plumbob.engines.adapters.mujoco.own_model.field import with_converging_solver
 from plumbob.engines.adapters.mujoco.own_model.left_out import NEVER
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
-from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
-    diverged,
-    integrator_number,
-    like_start,
-)
+from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, like_start
 from plumbob.engines.adapters.mujoco.terms import apart, put, state_of
 from plumbob.engines.recorded_step import StepInput, StepOutcome, StepRun, Suspect
 
