@@ -13,6 +13,9 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.stepper import State
 from plumbob.models.model_file import Controls, Feedback
 
+# Steps whose controls are read in one call, which takes as long as some hundred rows do.
+READ_AHEAD = 1000
+
 
 class Steps(Protocol):
     """The part of a stepper that controls need: its state, and its steps under rows of controls."""
@@ -36,13 +39,19 @@ def controlled_steps(
     feedback is asked with the state of the stepper at each of its sampling times."""
     if isinstance(controls, Feedback):
         return _fed_back_steps(stepper, controls, step)
+    if controls is None:
+        return lambda first, last: stepper.advance(None, last - first)
+    begin = 0
+    rows = np.empty((0, 0))  # controls of the steps from `begin` on
 
     def take_steps(first: int, last: int) -> None:
-        """Takes the steps under the controls at their times."""
-        rows = None
-        if controls is not None:
-            rows = controls((np.arange(first, last, dtype=np.float64) + place) * step)
-        stepper.advance(rows, last - first)
+        """Takes the steps under the controls at their times, which may have been read before."""
+        nonlocal begin, rows
+        if last > begin + len(rows):
+            begin = first
+            indices = np.arange(first, max(last, first + READ_AHEAD), dtype=np.float64)
+            rows = controls((indices + place) * step)
+        stepper.advance(rows[first - begin : last - begin], last - first)
 
     return take_steps
 

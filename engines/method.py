@@ -23,6 +23,12 @@ ModelError = Mapping[str, Mapping[str, float]]
 """{observable: {reason: absolute bound}}: errors of an engine's model that no step reduces."""
 Options = Mapping[str, Any]  # an engine's own names of settings, and their values
 USER_METHOD = "mujoco/mine"  # name of the method that is read from a user's model file
+# Scenes for models of the capsule on a line alone, which need not run every heading of a line.
+# They stand here since a stored study is judged without loading the capsule's exact motions.
+ONE_LINE = (
+    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
+    "capsule-coast/translation",
+)
 
 # [s] allowed time steps: the stiffness of contacts goes as the step to the power of -2
 SHORTEST_TIME_STEP, LONGEST_TIME_STEP = 1e-9, 1e3

@@ -12,7 +12,8 @@ from plumbob.analytic.sampled_control import SamplingTimes
 from plumbob.models.idealisations import NO_IDEALISATIONS, Idealisations
 
 Controls = Callable[[Array], Array]
-"""Returns the controls of the file's actuators, shape (n, controls), at times [s], shape (n,)."""
+"""Returns the controls of the file's actuators, shape (n, controls), at times [s], shape (n,), some
+of which may lie beyond the end of the scene."""
 
 
 @dataclass(frozen=True)

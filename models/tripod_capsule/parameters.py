@@ -64,13 +64,6 @@ OBSERVABLES_ALONG_LINE = (
 )
 
 
-# Scenes for models of a line alone: such a model need not run every heading of a line.
-ONE_LINE = (
-    *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),
-    "capsule-coast/translation",
-)
-
-
 def errors(problem: CapsuleProblem) -> ErrorTheory:
     """Returns the theory of the errors of fixed steps on a motion."""
     from plumbob.analytic.errors.sliding_motion.sliding_errors import capsule_errors

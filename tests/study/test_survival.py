@@ -33,10 +33,11 @@ def _ended(process):
     return process.returncode, said
 
 
+@pytest.mark.rare(keep=3)
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("number", "moment"),
-    [(signal.SIGKILL, 1), (signal.SIGKILL, 6), (signal.SIGTERM, 3), (signal.SIGINT, 6)],
+    [(signal.SIGKILL, 1), (signal.SIGTERM, 3), (signal.SIGINT, 6), (signal.SIGKILL, 6)],
 )
 def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys, monkeypatch):
     code, said = _ended(disturbed.begun(out, 1, moment, int(number)))

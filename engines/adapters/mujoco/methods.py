@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.method import Method
+from plumbob.engines.method import ONE_LINE, Method
 from plumbob.models.scene import (
     FREE_ROTATION,
     ON_PLANE,
@@ -14,7 +14,6 @@ from plumbob.models.scene import (
     ONE_SMOOTH,
     SMOOTH,
 )
-from plumbob.models.tripod_capsule.parameters import ONE_LINE
 
 UNCOUPLED = (ONE_SMOOTH, FREE_ROTATION)
 EVERY = (*UNCOUPLED, ON_SUPPORTS)

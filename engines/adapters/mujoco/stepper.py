@@ -22,6 +22,8 @@ class MujocoStepper:
         """Steps the given `data` of the model, or new data."""
         self.model = model
         self.data = mujoco.MjData(model) if data is None else data
+        # Numbers of warnings by kind: a view, since asking for it takes as long as a step.
+        self.warned = self.data.warning.number
 
     @property
     def step(self) -> float:
@@ -50,10 +52,11 @@ class MujocoStepper:
         if controls is None:
             mujoco.mj_step(model, data, steps)
         else:
+            ctrl = data.ctrl
             for control in controls.tolist():
-                data.ctrl[:] = control
+                ctrl[:] = control
                 mujoco.mj_step(model, data)
-        if data.warning.number[self.alarms].any():
+        if any(self.warned[self.alarms].tolist()):
             raise Diverged
 
     def physics(self) -> Array:

@@ -7,9 +7,8 @@ import math
 from dataclasses import replace
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.method import Method
+from plumbob.engines.method import ONE_LINE, Method
 from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, SMOOTH
-from plumbob.models.tripod_capsule.parameters import ONE_LINE
 
 # A step moves bodies first, then solves for velocities. With default settings a joint closes at a
 # rate of 6.3/s: it stays open by about h w^2 L / 13, which lengthens the rod and takes energy. With
