@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -83,16 +84,6 @@ def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None
     if square:
         scale = max(abs(x.scale), abs(y.scale))
         x, y = x.scaled(scale), y.scaled(scale)
-    named = _named_traces(layout, traces)
-    ends = [] if first or len(named) > MOST_LABELS else _curve_ends(named, x, y)
-    point_names = placed_names(
-        _points_with_names(traces, x, y),
-        x,
-        y,
-        ends,
-        _curve_points(traces, x, y) if ends else (),
-    )
-    placed = {name.text for name in point_names}
     drawn = SvgDrawing(
         width=width,
         height=height,
@@ -103,15 +94,9 @@ def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None
         across=_ticks(layout["xaxis"], x),
         up=_ticks(layout["yaxis"], y),
         paths=list(_paths(traces, x, y)),
-        colours={f"{DOT} {name}": trace["line"]["color"] for name, trace in named.items()},
-        point_names=point_names,
         shades=[],
         scale=[],
-        names=[
-            (name, trace["line"]["color"], dashes(trace), trace["line"]["width"] >= BAND_WIDTH)
-            for name, trace in named.items()
-            if f"{DOT} {name}" not in placed
-        ],
+        **_names(layout, traces, x, y),
     )
     if first:
         scale_axis = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
@@ -126,6 +111,27 @@ def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[SvgPath]
         yield from _map(trace, x, y) if "z" in trace else _marks(trace, x, y)
 
 
+def _names(
+    layout: PlotlyLayout, traces: Sequence[PlotlyTrace], x: Axis, y: Axis
+) -> Mapping[str, Any]:
+    """Returns the names in a drawing: `point_names`, of points and at ends of curves; `colours`, by
+    the names of curves; and `names`, the legend, with what has no name at its end."""
+    named = _named_traces(layout, traces)
+    ends = _curve_ends(named, x, y) if len(named) <= MOST_LABELS else []
+    on_curves = _curve_points(traces, x, y) if ends else ()
+    point_names = placed_names(_points_with_names(traces, x, y), x, y, ends, on_curves)
+    placed = {name.text for name in point_names}
+    return {
+        "point_names": point_names,
+        "colours": {f"{DOT} {name}": trace["line"]["color"] for name, trace in named.items()},
+        "names": [
+            (name, trace["line"]["color"], dashes(trace), trace["line"]["width"] >= BAND_WIDTH)
+            for name, trace in named.items()
+            if f"{DOT} {name}" not in placed
+        ],
+    }
+
+
 def _named_traces(
     layout: PlotlyLayout, traces: Sequence[PlotlyTrace]
 ) -> Mapping[str, PlotlyTrace]:
@@ -136,7 +142,7 @@ def _named_traces(
     return {
         trace["name"]: trace
         for trace in traces
-        if trace["name"] and trace.get("showlegend", True)
+        if "z" not in trace and trace["name"] and trace.get("showlegend", True)
     }
 
 
@@ -155,16 +161,16 @@ def _curve_ends(
 
 
 def _is_curve(trace: PlotlyTrace) -> bool:
-    """Returns whether a trace is drawn as a curve, and neither as a band nor as marks alone."""
-    return "lines" in trace["mode"] and trace["line"]["width"] < BAND_WIDTH
+    """Returns whether a trace is drawn as a curve: neither as a map, a band nor as marks alone."""
+    return "lines" in trace.get("mode", "") and trace["line"]["width"] < BAND_WIDTH
 
 
 def _curve_points(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Array:
     """Returns points on the curves of `traces`, LABEL_SPACING apart, shape (n, 2) [px]."""
     points = [np.empty((0, 2))]
-    for trace in traces:
+    for trace in filter(_is_curve, traces):
         places = _places(trace, x, y)
-        if _is_curve(trace) and len(places) > 1:
+        if len(places) > 1:
             steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
             along = np.concatenate([[0.0], np.cumsum(steps)])
             grid = np.arange(0.0, along[-1], LABEL_SPACING)
