@@ -361,7 +361,8 @@ class Trials:
         if beyond.max() <= LOST_GROWTH:
             return ""
         first_beyond = int(np.argmax(beyond > LOST_GROWTH))
-        return f"a nudge grows {LOST_GROWTH:.0f}-fold within {run.times[first_beyond]:.3g} s"
+        within = float(f"{run.times[first_beyond]:.3g}")  # 6110 s, and not 6.11e+03 s
+        return f"a nudge grows {LOST_GROWTH:.0f}-fold within {within:g} s"
 
     def _exact_growth(self, times: Array) -> Array:
         """Returns the factors by which the exact motion magnifies a nudge until `times` [s], shape

@@ -162,13 +162,14 @@ class FurtherAdvice:
 
     name: str
     setting: AdvisedSetting | None
-    reached: bool
+    reached: bool  # whether the setting has the wanted error, or less
     default_error: float  # of MuJoCo's default settings; infinite if no run tells
 
     @property
     def helps(self) -> bool:
-        """Whether the setting is at least as accurate as the default settings."""
-        return self.setting is not None and self.setting.error <= self.default_error
+        """Whether the setting has the wanted error, or at least that of the default settings."""
+        setting = self.setting
+        return setting is not None and (self.reached or setting.error <= self.default_error)
 
 
 @dataclass(frozen=True)

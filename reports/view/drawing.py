@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,9 @@ GLYPHS = MappingProxyType(
     }
 )
 DASH_PATTERNS = MappingProxyType({"dash": "6 4", "dot": "2 3"})
-MOST_LABELS = 12  # largest number of curves that are named at their ends
+DOT = "●"
+BAND_WIDTH = 4.0  # [px] width from which a line is a band
+MOST_LABELS = 14  # largest number of curves that are named at their ends
 LABEL_SPACING = 12.0  # [px] between points of a curve that a name does not cover
 
 
@@ -56,9 +59,9 @@ class SvgPath:
 
 SvgDrawing = SimpleNamespace
 """The values of the SVG template: size [px], the colour that a dark page changes, axes and their
-ticks, paths in tenths of a pixel, names of points and of curves, the shades of a map with the ticks
-of its scale, and the legend: name, colour and dashes of each curve without a name at its end, and
-whether it is a band."""
+ticks, paths in tenths of a pixel, names of points and of curves, colours by names of curves, the
+shades of a map with the ticks of its scale, and the legend: of each curve without a name at its end
+the name, the colour, the dashes, and whether it is a band."""
 
 
 def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None:
@@ -81,9 +84,6 @@ def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None
     if square:
         scale = max(abs(x.scale), abs(y.scale))
         x, y = x.scaled(scale), y.scaled(scale)
-    named = _named_traces(layout, traces)
-    labelled = {} if first or len(named) > MOST_LABELS else _curve_ends(named, x, y)
-    curves = _curve_points(traces, x, y) if labelled else ()
     drawn = SvgDrawing(
         width=width,
         height=height,
@@ -94,16 +94,9 @@ def svg_drawing(figure: Figure, chosen: Sequence[str] = ()) -> SvgDrawing | None
         across=_ticks(layout["xaxis"], x),
         up=_ticks(layout["yaxis"], y),
         paths=list(_paths(traces, x, y)),
-        point_names=placed_names(
-            [*_points_with_names(traces, x, y), *labelled.values()], x, y, curves
-        ),
         shades=[],
         scale=[],
-        names=[
-            (name, trace["line"]["color"], dashes(trace), "opacity" in trace)
-            for name, trace in named.items()
-            if name not in labelled
-        ],
+        **_names(layout, traces, x, y),
     )
     if first:
         scale_axis = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
@@ -118,6 +111,27 @@ def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[SvgPath]
         yield from _map(trace, x, y) if "z" in trace else _marks(trace, x, y)
 
 
+def _names(
+    layout: PlotlyLayout, traces: Sequence[PlotlyTrace], x: Axis, y: Axis
+) -> Mapping[str, Any]:
+    """Returns the names in a drawing: `point_names`, of points and at ends of curves; `colours`, by
+    the names of curves; and `names`, the legend, with what has no name at its end."""
+    named = _named_traces(layout, traces)
+    ends = _curve_ends(named, x, y) if len(named) <= MOST_LABELS else []
+    on_curves = _curve_points(traces, x, y) if ends else ()
+    point_names = placed_names(_points_with_names(traces, x, y), x, y, ends, on_curves)
+    placed = {name.text for name in point_names}
+    return {
+        "point_names": point_names,
+        "colours": {f"{DOT} {name}": trace["line"]["color"] for name, trace in named.items()},
+        "names": [
+            (name, trace["line"]["color"], dashes(trace), trace["line"]["width"] >= BAND_WIDTH)
+            for name, trace in named.items()
+            if f"{DOT} {name}" not in placed
+        ],
+    }
+
+
 def _named_traces(
     layout: PlotlyLayout, traces: Sequence[PlotlyTrace]
 ) -> Mapping[str, PlotlyTrace]:
@@ -128,30 +142,35 @@ def _named_traces(
     return {
         trace["name"]: trace
         for trace in traces
-        if trace["name"] and trace.get("showlegend", True)
+        if "z" not in trace and trace["name"] and trace.get("showlegend", True)
     }
 
 
 def _curve_ends(
     named: Mapping[str, PlotlyTrace], x: Axis, y: Axis
-) -> dict[str, tuple[float, float, str]]:
-    """Returns, by name, the last point (x [px], y [px], name) of each curve in the drawing. Bands
-    and marks without a line have no end."""
-    ends = {}
+) -> list[tuple[float, float, str]]:
+    """Returns the last point (x [px], y [px]) of each curve in the drawing, with the curve's name
+    after a dot, which takes the curve's colour. Bands and marks without a line have no end."""
+    ends = []
     for name, trace in named.items():
-        if "lines" in trace["mode"] and "opacity" not in trace:
+        if _is_curve(trace):
             places = _places(trace, x, y)
             if len(places):
-                ends[name] = (*places[-1].tolist(), name)
+                ends.append((*places[-1].tolist(), f"{DOT} {name}"))
     return ends
+
+
+def _is_curve(trace: PlotlyTrace) -> bool:
+    """Returns whether a trace is drawn as a curve: neither as a map, a band nor as marks alone."""
+    return "lines" in trace.get("mode", "") and trace["line"]["width"] < BAND_WIDTH
 
 
 def _curve_points(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Array:
     """Returns points on the curves of `traces`, LABEL_SPACING apart, shape (n, 2) [px]."""
     points = [np.empty((0, 2))]
-    for trace in traces:
+    for trace in filter(_is_curve, traces):
         places = _places(trace, x, y)
-        if "lines" in trace["mode"] and "opacity" not in trace and len(places) > 1:
+        if len(places) > 1:
             steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
             along = np.concatenate([[0.0], np.cumsum(steps)])
             grid = np.arange(0.0, along[-1], LABEL_SPACING)

@@ -40,29 +40,30 @@ def placed_names(
     points: Sequence[tuple[float, float, str]],
     x: Axis,
     y: Axis,
+    ends: Sequence[tuple[float, float, str]] = (),
     curves: npt.ArrayLike = (),
 ) -> Sequence[PointName]:
-    """Returns the placed names of points (x [px], y [px], name) within two axes.
+    """Returns the placed names of points and of ends of curves (x [px], y [px], name) within two
+    axes.
 
     If the place beside the point is free, the name stands there, else in the nearest free row above
     or below the point. If no place is free of the points of `curves`, shape (n, 2) [px], the name
-    may cover curves; if no place is free even so, the name stands beside the point."""
+    may cover curves. If no place is free even so, the name of an end is left out, and the name of
+    another point stands beside it."""
     on_curves = np.reshape(np.asarray(curves, dtype=float), (-1, 2))
     around = (x.start, y.end, x.end, y.start)
     taken = [
         (a - MARK_RADIUS, b - MARK_RADIUS, a + MARK_RADIUS, b + MARK_RADIUS)
-        for a, b, _ in points
+        for a, b, _ in (*points, *ends)
     ]
     names = []
-    for point in sorted(points):
+    for point in sorted((*points, *ends)):
         candidates = list(_candidates(*point))
-        free = [
-            candidate
-            for candidate in candidates
-            if _inside(candidate[1], around) and _free(candidate[1], taken)
-        ]
-        open_places = (c for c in free if not _covers(c[1], on_curves))
-        name, box = next(open_places, (free or candidates)[0])
+        free = [c for c in candidates if _inside(c[1], around) and _free(c[1], taken)]
+        if not free and point in ends:
+            continue
+        free = free or candidates
+        name, box = next((c for c in free if not _covers(c[1], on_curves)), free[0])
         names.append(name)
         taken.append(box)
     return names

@@ -166,7 +166,7 @@ def test_the_band_is_the_front_of_the_methods_that_are_shown():
     assert (band["x"], band["y"]) == ([1e3], [1e-2])
     drawn = svg_drawing(figure, ["mujoco/euler"])
     assert [name[0] for name in drawn.names] == ["Pareto front among the methods shown"]
-    assert [name.text for name in drawn.point_names] == ["mujoco/euler"]
+    assert [name.text for name in drawn.point_names] == ["● mujoco/euler"]
 
 
 def test_a_zero_has_a_tick_that_says_so():

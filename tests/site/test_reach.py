@@ -41,8 +41,12 @@ SMALL = """() => [...document.querySelectorAll("a[href], button, summary, select
 ON_PAPER = """(width) => {
   const lines = (name) => {
     const text = document.createRange();
-    text.selectNodeContents(name.lastChild);
-    return new Set([...text.getClientRects()].map((one) => Math.round(one.top))).size;
+    const parts = [...name.childNodes].filter((one) => one.nodeType === 3 && one.data.trim());
+    const tops = parts.flatMap((part) => {
+      text.selectNodeContents(part);
+      return [...text.getClientRects()].map((one) => Math.round(one.top));
+    });
+    return new Set(tops).size;
   };
   const tables = [...document.querySelectorAll("table")]
     .filter((one) => one.checkVisibility() && !one.closest(".matrix"));
@@ -154,6 +158,24 @@ def test_on_paper_no_column_is_cut_and_no_name_broken(name, index, browser):
                 style = visit.page.add_style_tag(content=wrong)
                 assert visit.ask(ON_PAPER, PAPER) != []
                 style.evaluate("(one) => one.remove()")
+
+
+@pytest.mark.long
+def test_verdicts_and_methods_fit_on_a_phone(index, browser):
+    """A verdict stands beside the errors, and its reason is shown after a tap; the buttons of the
+    methods are folded."""
+    chips = "[...document.querySelectorAll('td.spelled .chip')]"
+    with visited(browser, _page(index, SCENE), width=PHONE) as visit:
+        rights = visit.ask(f"{chips}.map((one) => one.getBoundingClientRect().right)")
+        assert len(rights) > 5
+        assert max(rights) <= PHONE
+        verdict = visit.page.locator("td.spelled .hint").first
+        verdict.click()
+        assert visit.page.locator("#tip").inner_text() == verdict.get_attribute("data-hint")
+        assert visit.page.locator(".why:visible").count() == 0
+        assert visit.page.locator("[data-method]:visible").count() == 0
+        visit.look(DESK, "light")
+        assert visit.page.locator(".why:visible").count() > 5
 
 
 @pytest.mark.long

@@ -47,6 +47,10 @@ def _found(content):
         content.report.fixes.heads,
         [[cell.text for cell in row[:3]] for row in runs.rows],
         content.replay.layers,
+        [
+            (of.title, [(t["name"], t["line"]) for t in of.traces])
+            for of in content.finding.figures
+        ],
     )
 
 

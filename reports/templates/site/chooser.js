@@ -67,6 +67,9 @@
         event.preventDefault();
         chosen.kind = pick.dataset.kind;
         keep();
+        // On a phone the cards fill the window: the answer below them comes into sight.
+        const answer = form.hidden ? kinds.find((one) => !one.hidden) : form;
+        if (answer.getBoundingClientRect().top > 0.6 * innerHeight) answer.scrollIntoView();
       });
     }
     for (const one of asked) {
