@@ -154,7 +154,7 @@ def command(chosen: argparse.Namespace) -> int:
     audit_row = partial(_audit_row, chosen=chosen, pages=_page_files(chosen, models))
     _note_skipped(skipped)
     finished = list[Row]()
-    with progress() as show:
+    with progress(chosen.budget if files is None else None, lines=True) as show:
         if files is None:
             try:
                 model = environment(chosen.gym, chosen.seed) if chosen.gym else models[0]
