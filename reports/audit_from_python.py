@@ -61,6 +61,7 @@ def audit(
     engines: Sequence[str] = (),
     episodes: EpisodePlan | None = None,
     begun: Callable[[Audit], None] = lambda audit: None,
+    references: Path | None = None,
 ) -> MotionResult:
     """Audits a model: how wrong are its steps, with its own integrator and step? The audit
     certifies the continuous motion of the model, and compares the model's steps with it.
@@ -76,8 +77,9 @@ def audit(
 
     It takes about `budget` [s] of processor time, with the integrators in `jobs` processes, and as
     much again for each of derivatives (`gradient`), other `engines`, and `episodes`. `begun` is
-    called with the audit before anything is computed. Raises ParameterError for bad input, and if
-    no reference can be certified.
+    called with the audit before anything is computed. A folder `references` keeps the certified
+    motion for the next audit of the same model and motion. Raises ParameterError for bad input,
+    and if no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -99,7 +101,7 @@ def audit(
         # Another process can only load a policy that has a name.
         shared = jobs > 1 and (not in_the_loop or isinstance(policy, NamedPolicy))
         allowance = Allowance(budget, workers if shared else None, progress)
-        result = audited(user_model, motion, control_name, allowance, begun)
+        result = audited(user_model, motion, control_name, allowance, begun, references)
     allowance = Allowance(budget, progress=progress)
     result = _with_further_answers(result, motion, gradient, episodes, allowance)
     return MotionResult(**vars(with_engines(result, model, engines, budget, progress)))

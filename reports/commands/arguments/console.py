@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -34,17 +34,20 @@ def writable_folder(name: str, folder: Path) -> Path:
 
 
 @contextmanager
-def progress(budget: float | None = None, lines: bool = False) -> Iterator[Progress]:
+def progress(
+    budget: float | None = None, lines: bool = False, above: Sequence[str] = ()
+) -> Iterator[Progress]:
     """Gives a function that shows on stderr how far a command is. Its arguments are the description
     of a task, the number of finished tasks and the number of all tasks; no number of tasks means
     that it is unknown. With a `budget` [s], the processor time that is spent of it stands beside
-    the task. If stderr is no terminal, the function does nothing; with `lines`, it prints a line
-    for each finished task."""
+    the task; the lines `above`, to which the caller may add some, stand above it until the command
+    ends. If stderr is no terminal, the function does nothing; with `lines`, it prints a line for
+    each finished task."""
     if not sys.stderr.isatty():
         yield _print_finished if lines else lambda what, done, total: None
         return
     from rich import progress as rich
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.table import Column
     from rich.text import Text
 
@@ -59,6 +62,14 @@ def progress(budget: float | None = None, lines: bool = False) -> Iterator[Progr
                 return Text(f"{task.elapsed or 0.0:.0f} s")
             return Text(f"{time.process_time() - begin:.0f} of {budget:g} s")
 
+    class Bar(rich.Progress):
+        """The line of progress, with the lines above it."""
+
+        def get_renderables(self) -> Iterator[RenderableType]:
+            """Yields the lines and the bar."""
+            yield from (Text(line) for line in above)
+            yield from super().get_renderables()
+
     console = Console(stderr=True)
     # The description is cut where the terminal is narrow; a bar needs room for itself.
     description = Column(ratio=1, no_wrap=True, overflow="ellipsis")
@@ -68,7 +79,7 @@ def progress(budget: float | None = None, lines: bool = False) -> Iterator[Progr
     if console.width >= WIDTH_FOR_BAR:
         columns.append(rich.BarColumn(bar_width=20))
     columns.append(TimeColumn())
-    with rich.Progress(
+    with Bar(
         *columns,
         console=console,
         expand=True,
