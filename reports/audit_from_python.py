@@ -76,6 +76,7 @@ def audit(
     engines: Sequence[str] = (),
     episodes: EpisodePlan | None = None,
     begun: Callable[[Audit], None] = lambda audit: None,
+    references: Path | None = None,
 ) -> MotionResult:
     """Audits a model: how wrong are its steps, with its own integrator and step? The audit
     certifies the continuous motion of the model, and compares the model's steps with it.
@@ -91,8 +92,9 @@ def audit(
 
     It takes about `budget` [s] of processor time, with the integrators in `jobs` processes, and as
     much again for each of derivatives (`gradient`), other `engines`, and `episodes`. `begun` is
-    called with the audit before anything is computed. Raises ParameterError for bad input, and if
-    no reference can be certified.
+    called with the audit before anything is computed. A folder `references` keeps the certified
+    motion for the next audit of the same model and motion. Raises ParameterError for bad input,
+    and if no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -114,7 +116,7 @@ def audit(
     user_model, motion = user_motion(model, Start(keyframe, qpos, qvel), *given)
     with Workers(jobs) as workers:
         allowance = Allowance(budget, asked.executor(workers), progress)
-        result = audited(user_model, motion, name, allowance, begun)
+        result = audited(user_model, motion, name, allowance, begun, references)
         result = asked.further_answers(result, motion, Allowance(budget, workers, progress))
     return MotionResult(**vars(with_engines(result, model, engines, budget, progress)))
 

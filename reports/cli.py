@@ -12,7 +12,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -103,7 +103,8 @@ def _run_command(argv: Sequence[str] | None) -> int:
 
     words = list(sys.argv[1:] if argv is None else argv)
     known_first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
-    top = parser(known_first or COMMANDS)
+    top = parser(known_first or COMMANDS, words)
+    complete_words(top)
     if words and not known_first and not words[0].startswith("-"):
         hint = _did_you_mean([words[0]], COMMANDS)
         top.error(f"there is no command {words[0]!r}{hint}")
@@ -265,9 +266,19 @@ def _version_text(wanted: Sequence[str]) -> str:
     return f"plumbob {plumbob.__version__}" if "--version" in wanted else "plumbob"
 
 
-def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
-    """Returns the parser of the commands `wanted`; only the modules of these commands are
-    loaded."""
+def complete_words(top: argparse.ArgumentParser) -> None:
+    """Answers a shell that asks for completions, and ends the process then, if argcomplete is
+    installed. Its variable is set by the shell's script alone."""
+    if "_ARGCOMPLETE" in os.environ:
+        with suppress(ImportError):
+            import argcomplete
+
+            argcomplete.autocomplete(top)
+
+
+def parser(wanted: Sequence[str], words: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Returns the parser of the commands `wanted`; only the modules of these commands are loaded.
+    `words` are those of the command line, whose scene --help describes."""
     from plumbob.reports.commands.arguments.options import declare
 
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
@@ -281,7 +292,7 @@ def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
         module = importlib.import_module(f"plumbob.reports.commands.{module_name}")
         description = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=description, description=f"{description}.")
-        declare(command, name, module)
+        declare(command, name, module, words)
         command.set_defaults(command=module.command, own_parser=command)
     return top
 

@@ -140,6 +140,7 @@ def assert_same_motion(
     """Raises AssertionError if rounding in a `precision` ("float64" or "float32") and the solver do
     not explain what differs between two recorded motions, or between one and the model if `b` is
     None. The message has the step and the term. Arguments are those of `difference`."""
+    __tracebackhide__ = True
     result = difference(a, b, model, controls, precision=precision, budget=budget)
     if not result.explained:
         raise AssertionError(result.text())

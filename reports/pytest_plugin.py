@@ -1,11 +1,14 @@
-"""A pytest plugin: `plumbob validate` as tests in any repository, and `check` and
+"""A pytest plugin: `plumbob validate` as tests in any repository, and `check`, `audit` and
 `assert_same_motion` as fixtures. Nothing of plumbob is loaded unless an option or a test asks for
 it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+import tomllib
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -14,20 +17,27 @@ if TYPE_CHECKING:
     from plumbob.engines.method import Method
     from plumbob.models.scene import Scene
     from plumbob.reports.judge.verdict import Judgement
+    from plumbob.reports.view.audit.results import MotionResult
 
-PYTEST_OPTIONS = ("plumbob_scenes", "plumbob_methods", "plumbob_profile")
+PAIR_OPTIONS = ("scenes", "methods", "profile")
+PROFILES = ("quick", "full")
+# Options in [tool.plumbob] of pyproject.toml, with their types; `budget` [s] is that of an audit.
+PROJECT_OPTIONS: Mapping[str, tuple[type, ...]] = MappingProxyType(
+    {"scenes": (str,), "methods": (str,), "profile": (str,), "budget": (int, float)}
+)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Adds the options that choose the runs, named as those of `plumbob validate`. With any of
-    them, each chosen pair of a scene and a method becomes a test."""
+    them, also as `scenes`, `methods` or `profile` in [tool.plumbob] of pyproject.toml, each chosen
+    pair of a scene and a method becomes a test."""
     group = parser.getgroup("plumbob", "validation of physics engines (plumbob)")
     group.addoption("--plumbob-scenes", metavar="GLOB", help="validate these scenes: 'cone-*'")
     group.addoption(
         "--plumbob-methods", metavar="GLOB", help="validate these methods: 'mujoco/*'"
     )
     group.addoption(
-        "--plumbob-profile", choices=("quick", "full"), help="validate the main scenes, or all"
+        "--plumbob-profile", choices=PROFILES, help="validate the main scenes, or all"
     )
 
 
@@ -49,12 +59,63 @@ def plumbob_same_motion() -> Callable[..., None]:
     return assert_same_motion
 
 
+@pytest.fixture(scope="session", name="audited")
+def audit_with_kept_references(request: pytest.FixtureRequest) -> Callable[..., MotionResult]:
+    """Returns `plumbob.audit` with two differences: certified motions are kept in pytest's cache
+    between runs, and `budget` in [tool.plumbob] of pyproject.toml is the default. For example,
+    audited("arm.xml", "sines").assert_within(metres=0.01)."""
+    settings = _project_options(request.config)
+    kept: dict[str, Any] = {name: settings[name] for name in ("budget",) if name in settings}
+    cache = getattr(request.config, "cache", None)
+    if cache is not None:
+        kept["references"] = cache.mkdir("plumbob-references")
+
+    def audited(model: Any, control: Any = "rest", **options: Any) -> MotionResult:
+        """Returns the audit of a model; the arguments are those of `plumbob.audit`."""
+        __tracebackhide__ = True
+        from plumbob import audit
+
+        return audit(model, control, **{**kept, **options})
+
+    return audited
+
+
+def _project_options(config: pytest.Config) -> Mapping[str, Any]:
+    """Returns the table [tool.plumbob] of the project's pyproject.toml. Raises UsageError if it has
+    an unknown option or a value of another type."""
+    file = config.rootpath / "pyproject.toml"
+    if not file.is_file():
+        return {}
+    try:
+        table = tomllib.loads(file.read_text("utf-8")).get("tool", {}).get("plumbob", {})
+    except (OSError, ValueError):
+        return {}  # pytest itself reports a damaged file
+    for name, value in dict[str, Any](table).items():
+        wanted = PROJECT_OPTIONS.get(name)
+        if wanted is None:
+            raise _wrong_option(name, value, f"one of the options {', '.join(PROJECT_OPTIONS)}")
+        if not isinstance(value, wanted) or isinstance(value, bool):
+            raise _wrong_option(name, value, "a number" if name == "budget" else "a text")
+        if name == "profile" and value not in PROFILES:
+            raise _wrong_option(name, value, " or ".join(PROFILES))
+        if name == "budget" and not 0.0 < table[name] < math.inf:
+            raise _wrong_option(name, value, "a number of seconds above 0")
+    return dict(table)
+
+
+def _wrong_option(name: str, value: Any, expected: str) -> pytest.UsageError:
+    """Returns the error for an option in pyproject.toml."""
+    return pytest.UsageError(f"[tool.plumbob] {name} = {value!r}: must be {expected}")
+
+
 # This hook runs before pytest's -k and -m choose among the tests.
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(session: pytest.Session, items: list[pytest.Item]) -> None:
     """Adds a test for each pair that the options choose."""
+    config = session.config
+    project = _project_options(config)
     scene_pattern, method_pattern, profile = (
-        session.config.getoption(name) for name in PYTEST_OPTIONS
+        config.getoption(f"plumbob_{name}") or project.get(name) for name in PAIR_OPTIONS
     )
     if scene_pattern is method_pattern is profile is None:
         return

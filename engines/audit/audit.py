@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +17,9 @@ from plumbob.engines.audit.changes import AuditChange
 from plumbob.engines.audit.environment_returns import MotionReturn
 from plumbob.engines.audit.episodes import EpisodePlan, Episodes, episode_returns
 from plumbob.engines.audit.gradient import CertifiedGradient, certified_gradient
+from plumbob.engines.audit.kept_reference import kept_or_certified
 from plumbob.engines.audit.mean_returns import EpisodeReturns
-from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, start_certificate
+from plumbob.engines.audit.reference import RESOLVED, Certificate, start_certificate
 from plumbob.engines.audit.stability import LargestSteps, largest_steps
 from plumbob.engines.audit.step_errors import (
     Balance,
@@ -178,6 +180,7 @@ class Audit:
 
     def assert_referenced(self) -> None:
         """Raises AssertionError unless the error is known over the whole motion."""
+        __tracebackhide__ = True
         if not self.complete:
             raise AssertionError(
                 f"{self.name}: no reference beyond {self.until:g} s: {self.reference.why}"
@@ -186,6 +189,7 @@ class Audit:
     def assert_within(self, metres: float) -> None:
         """Raises AssertionError unless the error is known over the whole motion and within
         `metres`."""
+        __tracebackhide__ = True
         self.assert_referenced()
         if not self.error + self.uncertainty <= metres:
             raise AssertionError(
@@ -196,6 +200,7 @@ class Audit:
     def assert_return_within(self, fraction: float) -> None:
         """Raises AssertionError unless the step changes the mean return by no more than a fraction
         of it, at the far end of the interval."""
+        __tracebackhide__ = True
         if self.returns is None or not self.returns.within(fraction):
             raise AssertionError(
                 f"{self.name}: the step of {self.step:g} s may change the mean return by more than "
@@ -204,6 +209,7 @@ class Audit:
 
     def assert_stable(self) -> None:
         """Raises AssertionError if the model's own step is unstable along the motion."""
+        __tracebackhide__ = True
         if self.stability is not None and self.stability.unstable:
             limit = self.stability.own
             raise AssertionError(
@@ -218,9 +224,11 @@ def audited(
     control: str,
     allowance: Allowance,
     begun: Callable[[Audit], None] = lambda audit: None,
+    references: Path | None = None,
 ) -> Audit:
     """Returns the audit of `model` on the motion under `script`. `begun` is called with the audit
-    as it is known before anything is computed."""
+    as it is known before anything is computed. The reference is kept in the folder `references`, if
+    it is given."""
     progress = allowance.progress
     began = time.perf_counter()
     audit = Audit(
@@ -237,7 +245,7 @@ def audited(
         model=model,
     )
     begun(audit)
-    reference, result = compare_with_reference(model, script, allowance)
+    reference, result = compare_with_reference(model, script, allowance, references)
     script = script_of_reference(script, reference)
     audit = replace(audit, script=script, reference=reference, found=result)
     if script.loop is not None and result is not None:
@@ -287,12 +295,13 @@ def largest_steps_along(
 
 
 def compare_with_reference(
-    model: OwnModel, script: Script, allowance: Allowance
+    model: OwnModel, script: Script, allowance: Allowance, references: Path | None = None
 ) -> tuple[Certificate, StepComparison | None]:
     """Returns the certified motion of a model under `script`, and the errors of the steps of its
-    integrators; None if there is no reference, or no step tends to it."""
+    integrators; None if there is no reference, or no step tends to it. The reference is kept in the
+    folder `references`, if it is given."""
     allowance.progress("the continuous motion, by two methods")
-    reference = certified(model, script, allowance.part(REFERENCE))
+    reference = kept_or_certified(references, model, script, allowance.part(REFERENCE))
     if not reference.known:
         return reference, None
     allowance.progress("the model's own steps")

@@ -127,6 +127,7 @@ class ContactAudit:
     def assert_within(self, metres: float) -> None:
         """Raises AssertionError unless the model's own stopping distances are known and within
         `metres` at every heading."""
+        __tracebackhide__ = True
         worst = self.error(self.own[0]) + self.known if self.own else math.nan
         if math.isnan(worst):
             reason = "; ".join(filter(None, (self.why, *self.failed)))

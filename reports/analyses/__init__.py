@@ -18,6 +18,7 @@ from plumbob.engines.study.codec import to_json
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
+from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.simulated_kinds import step_requests
@@ -47,15 +48,16 @@ def section(system: str) -> Section | None:
     return section_of
 
 
-def requests(plan: StudyPlan) -> tuple[Request[Any], ...]:
+def requests(plan: StudyPlan, pairs_alone: bool = False) -> tuple[Request[Any], ...]:
     """Returns all extra runs that the pages of a plan need, each once. They are the runs of the
     findings on systems and on engines, of the replays, of the tables of trimmed models, and of the
-    advice for kinds of bodies."""
+    advice for kinds of bodies. If `pairs_alone`, findings that need other scenes or methods than
+    the plan's are left out."""
     requested = list[Request[Any]]()
     for name in _section_names(plan.scenes):
         system_section = section(name)
         if system_section:
-            requested += system_section.requests(plan)
+            requested += system_section.requests(plan, pairs_alone)
     requested += [*replay_requests(plan), *trimming_requests(plan), *step_requests(plan)]
     return tuple(dict.fromkeys(requested))
 
@@ -67,12 +69,16 @@ def _section_names(scenes: Sequence[Scene]) -> list[str]:
 
 
 def analyses_of(
-    study: Study, jobs: int | Workers = 1, judged: Judgements | None = None
+    study: Study,
+    jobs: int | Workers = 1,
+    judged: Judgements | None = None,
+    progress: Progress = lambda what, done, total: None,
 ) -> tuple[Analysed, ...]:
     """Returns the analyses of all systems and of engines, and the records of a study's pages.
 
     `jobs` is the number of processes, or the processes, to use if there is much to analyse; the
-    results do not depend on it. `judged` are the study's verdicts, if they are known already."""
+    results do not depend on it. `judged` are the study's verdicts, if they are known already.
+    `progress` is called with the name of a part, the number of finished parts, and of all parts."""
     judged = judge_study(study) if judged is None else judged
     parts = [
         *(("system", name) for name in _section_names(study.scenes) if section(name)),
@@ -81,9 +87,10 @@ def analyses_of(
     results: dict[Part, tuple[Analysed, ...]] = {}
     with workers_of(jobs) as workers:
         if workers.count > 1 and len(study.scenes) >= SCENES_FOR_PROCESSES:
-            results = _analyse_in_processes(study, parts, judged, workers)
+            results = _analyse_in_processes(study, parts, judged, workers, progress)
     analyses = list[Analysed]()
-    for part in parts:
+    for number, part in enumerate(parts):
+        progress(f"analyses of {part[1]}", number, len(parts))
         analyses += results[part] if part in results else _analyse(study, judged, part)
     record = page_numbers.study_record(study, judged)
     return (*analyses, Analysed("", PAGES_OF_STUDY, "", "", record))
@@ -92,7 +99,7 @@ def analyses_of(
 def follow(study: Study) -> bool:
     """Returns whether a study holds all runs that its pages need, and its stored numbers of
     findings and galleries follow from these runs. It takes as long as the analyses do."""
-    needed = requests(StudyPlan(study.profile, study.scenes, study.methods))
+    needed = requests(StudyPlan(study.profile, study.scenes, study.methods), pairs_alone=True)
     if not set(needed) <= set(study.extras):
         return False
     judged = judge_study(study)
@@ -115,7 +122,11 @@ def _analyse(study: Study, judged: Judgements, part: Part) -> tuple[Analysed, ..
 
 
 def _analyse_in_processes(
-    study: Study, parts: Sequence[Part], judged: Judgements, workers: Workers
+    study: Study,
+    parts: Sequence[Part],
+    judged: Judgements,
+    workers: Workers,
+    progress: Progress,
 ) -> dict[Part, tuple[Analysed, ...]]:
     """Returns the analyses of each part, computed in other processes. A part whose process died is
     left out."""
@@ -127,8 +138,12 @@ def _analyse_in_processes(
             Task(part, _analyse_file, (str(file), part), LIMIT, part[1].partition("/")[0])
             for part in sorted(parts, reverse=True)
         ]
-        results = workers.results(tasks)
-        return {task.key: done for task, done in results if not isinstance(done, Lost)}
+        results = dict[Part, tuple[Analysed, ...]]()
+        for number, (task, done) in enumerate(workers.results(tasks), 1):
+            progress(f"analyses of {task.key[1]}", number, len(tasks))
+            if not isinstance(done, Lost):
+                results[task.key] = done
+        return results
 
 
 def _analyse_file(file: str, part: Part) -> tuple[Analysed, ...]:

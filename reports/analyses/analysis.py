@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
+from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.study.extra_runs import Requests, StudyPlan
-from plumbob.engines.study.request import Request
+from plumbob.engines.study.request import Request, RunRequest
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected_pairs
 from plumbob.reports.records.claim import Claim
@@ -35,6 +36,13 @@ class Analysis:
     shipped in reports/exact_numbers, and `python -m plumbob.tests.validation.exact_numbers` writes
     them."""
 
+    def needs_pairs_of(self, plan: StudyPlan) -> bool:
+        """Returns whether all runs that the analysis needs are of scenes and methods of the plan. A
+        method whose engine is not installed runs nothing, and does not count."""
+        runs = [request for request in self.requests(plan) if isinstance(request, RunRequest)]
+        others = (run for run in runs if not plan.has(run.scene, run.method))
+        return not any(installed(engine_of(plan.method(run.method))) for run in others)
+
 
 @dataclass(frozen=True)
 class Section:
@@ -43,24 +51,30 @@ class Section:
     findings: tuple[Analysis, ...]
     galleries: tuple[Analysis, ...] = ()  # each one is a heading with figures
 
-    def requests(self, plan: StudyPlan) -> Sequence[Request[Any]]:
-        """Returns the runs that the analyses need in addition to the study's own."""
+    def requests(self, plan: StudyPlan, pairs_alone: bool = False) -> Sequence[Request[Any]]:
+        """Returns the runs that the analyses need in addition to the study's own. If `pairs_alone`,
+        analyses that need other scenes or methods than the plan's are left out."""
         requested = list[Request[Any]]()
         for analysis in (*self.findings, *self.galleries):
-            requested += analysis.requests(plan)
+            if not pairs_alone or analysis.needs_pairs_of(plan):
+                requested += analysis.requests(plan)
         return tuple(requested)
 
 
 def analyse_section(
     study: Study, section: Section, system: str, judged: Judgements
 ) -> tuple[Analysed, ...]:
-    """Returns the numbers of all analyses of the section of a `system`, or of "engines".
+    """Returns the numbers of all analyses of the section of a `system`, or of "engines". Analyses
+    whose runs were not asked for are left out.
 
     If an analysis fails and the study has unexpected verdicts, the analysis is left out, with these
     verdicts as its failed claims. If it fails without any unexpected verdict, its error is raised:
     it is a defect of plumbob."""
+    plan = StudyPlan(study.profile, study.scenes, study.methods)
     results = list[Analysed]()
     for analysis in (*section.findings, *section.galleries):
+        if not study.extras.keys() >= set(analysis.requests(plan)):
+            continue
         place = "finding" if analysis in section.findings else "gallery"
         left_out = Analysed(analysis.template, place, system, "", None)
         try:

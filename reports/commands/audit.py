@@ -22,6 +22,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan, NamedMetric
+from plumbob.engines.audit.first_verdict import first_verdict
 from plumbob.engines.audit.holds import CREEP_WANTED, HoldsAudit
 from plumbob.engines.audit.trims import TrimmedFile, effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
@@ -181,7 +182,9 @@ def command(chosen: argparse.Namespace) -> int:
     audit_row = partial(_audit_row, chosen=chosen, pages=_page_files(chosen, models))
     _note_skipped(skipped)
     finished = list[Row]()
-    with progress() as show:
+    estimate = list[str]()
+    budget = chosen.budget if files is None else None
+    with progress(budget, lines=True, above=estimate) as show:
         if files is None:
             try:
                 model = environment(chosen.gym, chosen.seed) if chosen.gym else models[0]
@@ -189,8 +192,7 @@ def command(chosen: argparse.Namespace) -> int:
                 print(f"plumbob: {why}: {install_command('robots')}", file=sys.stderr)
                 return MISSING
             callbacks: dict[str, Any] = {"progress": lambda part: show(part, 0, 0)}
-            if not (chosen.json or values.as_table(chosen)):
-                callbacks["begun"] = partial(_print_first_line, chosen=chosen)
+            callbacks["begun"] = partial(_show_first_verdict, chosen=chosen, above=estimate)
             rows = iter([audit_row(model, jobs=chosen.jobs, **callbacks)])
         else:
             limit = PATIENCE * chosen.budget
@@ -247,10 +249,24 @@ def _note_skipped(others: Sequence[Path]) -> None:
         note(f"{len(others)} files are no models and are skipped, such as {others[0]}")
 
 
-def _print_first_line(audit: Audit, chosen: argparse.Namespace) -> None:
-    """Prints the first line, which names the audited motion, before the audit begins; also into a
-    pipe or a file."""
-    print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
+def _show_first_verdict(audit: Audit, chosen: argparse.Namespace, above: list[str]) -> None:
+    """Prints the first line, which names the audited motion, before the audit begins, also into a
+    pipe or a file. Then shows what two runs tell: on a terminal among the lines `above` the
+    progress, which disappear with it, else in one line on stderr. A policy in the loop is not asked
+    for it."""
+    from plumbob.reports.commands.arguments.console import note
+
+    if not (chosen.json or values.as_table(chosen)):
+        print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
+    if audit.script.loop is not None:
+        return
+    verdict = first_verdict(audit.model, audit.script)
+    remarks = [*audit.notes, *verdict.remarks]
+    lines = terminal_lines("audit_first", audit=audit, verdict=verdict, remarks=remarks)
+    if sys.stderr.isatty():
+        above += lines
+    else:
+        note("first verdict: " + "; ".join(" ".join(line.split()) for line in lines))
 
 
 def _short_lines(result: AnyAudit, chosen: argparse.Namespace) -> list[str]:

@@ -13,7 +13,7 @@ from plumbob.engines.study import store as study_store
 from plumbob.engines.study.shard import SHARD_FOLDERS
 from plumbob.engines.sweep import store as sweep_store
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.console import note, writable_folder
+from plumbob.reports.commands.arguments.console import note, progress, writable_folder
 from plumbob.reports.commands.shared import shards
 
 INCOMPLETE = 3
@@ -72,7 +72,9 @@ def _merge_study(chosen: argparse.Namespace, folders: Sequence[Path], out: Path)
     judged = list[Judgements]()
     jobs = chosen.jobs or os.cpu_count() or 1
     with Workers(jobs) as workers, measured_into(out / study_store.FILE, note=note) as kept:
-        study = merged_study(folders, kept, workers, analyse_into(judged, chosen.within))
+        with progress() as show:
+            analyse = analyse_into(judged, chosen.within, show)
+            study = merged_study(folders, kept, workers, analyse)
         for task in kept.given_up:
             note(f"given up: {task}; measure its shard again")
         code = print_study(chosen, out, study, junit, judged[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,6 +67,8 @@ def _measure_and_report(
     from plumbob.reports.analyses.engines.gradients import with_each_pair
     from plumbob.reports.view.site.writing import check_site_replaceable
 
+    # Findings on scenes and methods that the user has not chosen would take longest.
+    needed = partial(requests, pairs_alone=bool(chosen.scenes or chosen.methods))
     judged = list[Judgements]()  # one element, for the analyses and the terminal
     junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     check_site_replaceable("out", Path(chosen.out))
@@ -85,11 +88,11 @@ def _measure_and_report(
                     workers,
                     executor,
                     progress=show,
-                    requests=with_each_pair(requests) if chosen.gradients else requests,
+                    requests=with_each_pair(needed) if chosen.gradients else needed,
                     command=whole_command(chosen.line) if chosen.shard else chosen.line,
                     kept=checkpoint,
                     seed=chosen.seed or SEED,
-                    analyse=analyse_into(judged, chosen.within),
+                    analyse=analyse_into(judged, chosen.within, show),
                     shard=chosen.shard,
                 )
             except BaseException as error:

@@ -46,6 +46,7 @@ def check(
     >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
     'predicted'
     """
+    __tracebackhide__ = True  # pytest shows the line of the user's test alone
     if within is not None:
         positive("within", within)
     chosen_scene = find_scene(scene, changes)

@@ -1,4 +1,4 @@
-"""Units of parameters and of exactly known numbers."""
+"""Units of parameters and of exactly known numbers, and meanings of parameters."""
 
 from __future__ import annotations
 
@@ -17,3 +17,10 @@ def parameter_units() -> Mapping[str, str]:
         unit, _, names = line.partition(": ")
         units |= dict.fromkeys(names.split(", "), unit)
     return MappingProxyType(units)
+
+
+@cache
+def parameter_meanings() -> Mapping[str, str]:
+    """Returns the meaning of each parameter of a scene, by name."""
+    meanings = dict(line.split(": ", 1) for line in paragraphs("parameters"))
+    return MappingProxyType(meanings)

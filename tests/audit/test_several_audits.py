@@ -89,6 +89,7 @@ def test_what_is_no_model_is_skipped_and_counted(tmp_path, monkeypatch, capsys):
     assert main(["audit", "."]) == 0
     assert capsys.readouterr().err == (
         "plumbob: 3 files are no models and are skipped, such as assets.xml\n"
+        f"plumbob: 1 of 5: {tmp_path} audited\n"
     )
     odd = {"folder.xml", "pipe.xml", "dangling.xml", "loop.xml"}
     assert {str(path) for path in asked} == {"rod.xml", *odd}

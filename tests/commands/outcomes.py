@@ -67,7 +67,7 @@ def validated(folder, capsys, scenes, methods, more=()):
 
 def without_pages(monkeypatch):
     """Let studies make no runs but their own, and draw no page."""
-    monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
+    monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan, pairs_alone: ())
     monkeypatch.setattr("plumbob.reports.analyses.analyses_of", _verdicts_alone)
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_study_pages",

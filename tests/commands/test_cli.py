@@ -3,12 +3,15 @@
 import json
 import os
 import shlex
+import subprocess
+import sys
 
 import pytest
 
 from plumbob import __version__
 from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, main, parser
+from plumbob.reports.view.units import parameter_meanings
 
 
 def ran(capsys, *words):
@@ -101,3 +104,35 @@ def test_help_shows_an_example_that_can_be_read_and_options_in_groups(name, caps
         assert not unknown
     titles = [line for line in lines if line.endswith(":") and not line.startswith(" ")]
     assert "output:" in titles or not any("  --json" in line for line in lines)
+
+
+def test_every_parameter_has_a_meaning():
+    names = {name for system in systems().values() for name in system.parameters}
+    assert names == set(parameter_meanings())
+
+
+def test_help_lists_the_parameters_of_the_named_scene_alone(capsys):
+    """With the unit and the value of the scene; without a scene, --help says how to see them."""
+    code, out, _ = ran(capsys, "run", "capsule-line/heading-030", "mujoco/euler", "--help")
+    assert code == 0
+    _, table = out.split("parameters of capsule-line/heading-030 that --set takes")
+    rows = {line.split()[0]: line.split()[1:] for line in table.splitlines()[1:]}
+    assert set(rows) == set(systems()["capsule-line"].parameters)
+    assert rows["gravity"] == ["m/s²", "9.81", "gravitational", "acceleration"]
+    assert rows["heading"][:2] == ["rad", "0.523599"]
+    assert "theta" not in table
+    _, out, _ = ran(capsys, "run", "--help")
+    assert "With a scene, --help also lists its parameters" in out
+    assert "gravity" not in out
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("typed", "offered"), [("plumbob val", "validate"), ("plumbob sweep --sha", "--shard")]
+)
+def test_a_shell_is_offered_the_rest_of_a_word(typed, offered):
+    pytest.importorskip("argcomplete", reason="the extra `completion` is missing")
+    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": typed, "COMP_POINT": str(len(typed))}
+    command = f"{shlex.quote(sys.executable)} -m plumbob 8>&1 9>/dev/null"
+    done = subprocess.run(command, shell=True, env={**os.environ, **asked}, capture_output=True)
+    assert done.stdout.decode().strip() == offered

@@ -160,7 +160,9 @@ def test_a_prediction_with_its_sign_flipped(validate, monkeypatch):
 @pytest.mark.long
 def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     """A tenth more than the theory says, where runs agree with it within 2 %."""
-    monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: (SEARCH,))
+    monkeypatch.setattr(
+        "plumbob.reports.analyses.requests", lambda plan, pairs_alone: (SEARCH,)
+    )
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_study_pages",
         lambda study, out, *more: out / "none",

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from plumbob.reports.pytest_plugin import _project_options
 from plumbob.tests.outside.installed_packages import install, install_folder
 
 PLUGIN = "plumbob.reports.pytest_plugin"
@@ -93,3 +94,53 @@ def test_an_unexpected_verdict_fails_with_a_line(repository):
     assert "with tiny/euler: not-converging, expected predicted" in done.stdout
     assert "Traceback" not in done.stdout
     assert "tiny/euler" in (repository / "found.xml").read_text("utf-8")
+
+
+AUDITED = """
+def test_a_model_that_is_off(audited):
+    audited("rod.xml", duration=0.1).assert_within(metres=1e-9)
+"""
+ROD = """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.rare
+def test_references_are_kept_between_runs_and_failures_show_the_test_alone(repository):
+    """The second session reads the reference that the first one kept, and says the same."""
+    (repository / "rod.xml").write_text(ROD, "utf-8")
+    (repository / "test_theirs.py").write_text(AUDITED, "utf-8")
+    (repository / "pyproject.toml").write_text("[tool.plumbob]\nbudget = 3\n", "utf-8")
+    first = session_of(repository, "-p", "cacheprovider", "-k", "off")
+    assert first.returncode == 1
+    (kept,) = (repository / ".pytest_cache" / "d" / "plumbob-references").iterdir()
+    written = kept.stat().st_mtime_ns
+    second = session_of(repository, "-p", "cacheprovider", "-k", "off")
+    failures = [
+        [line for line in of.stdout.splitlines() if "m off" in line] for of in (first, second)
+    ]
+    assert failures[0] == failures[1] != []
+    assert kept.stat().st_mtime_ns == written
+    assert 'audited("rod.xml"' in second.stdout
+    assert "def assert_within" not in second.stdout
+    assert "/engines/" not in second.stdout
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("bugdet = 3", "[tool.plumbob] bugdet = 3: must be one of the options scenes,"),
+        ("scenes = 3", "[tool.plumbob] scenes = 3: must be a text"),
+        ("budget = true", "[tool.plumbob] budget = True: must be a number"),
+        ("budget = -1", "[tool.plumbob] budget = -1: must be a number of seconds above 0"),
+        ("budget = nan", "[tool.plumbob] budget = nan: must be a number of seconds above 0"),
+        ("profile = 'long'", "[tool.plumbob] profile = 'long': must be quick or full"),
+    ],
+)
+def test_a_wrong_option_of_a_project_is_one_line(table, said, tmp_path):
+    class Config:
+        rootpath = tmp_path
+
+    (tmp_path / "pyproject.toml").write_text(f"[tool.plumbob]\n{table}\n", "utf-8")
+    with pytest.raises(pytest.UsageError) as raised:
+        _project_options(Config)
+    assert str(raised.value).startswith(said)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 import textwrap
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD
+from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
 
@@ -21,8 +22,11 @@ Reader = Callable[[Any], Any]  # from an argument's text to its value; raises Pa
 NAMES = "names"  # placeholder of the text that lists the parameters of --set
 
 
-def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> None:
-    """Declares the arguments of the command `name` and those that its `module` adds.
+def declare(
+    parser: argparse.ArgumentParser, name: str, module: ModuleType, words: Sequence[str] = ()
+) -> None:
+    """Declares the arguments of the command `name` and those that its `module` adds. `words` are
+    those of the command line, whose scene --help describes.
 
     The command's TOML file has a table for each argument, and `examples` of the command, which
     --help shows. The table's name is the argument's names, and its entries go to argparse as they
@@ -37,7 +41,7 @@ def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> N
         shared = _read_toml(OPTIONS / "shared.toml", constants)
         alternatives: Any = None
         tables = _read_toml(file, constants)
-        _show_examples(parser, tables.pop("examples"))
+        _show_examples(parser, tables.pop("examples"), words)
         groups: dict[str, Any] = {"": parser}
         for key, table in tables.items():
             if key == "parameters":
@@ -57,9 +61,17 @@ def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> N
         module.arguments(parser)
 
 
-def _show_examples(parser: argparse.ArgumentParser, examples: list[str]) -> None:
+def _show_examples(
+    parser: argparse.ArgumentParser, examples: list[str], words: Sequence[str]
+) -> None:
     """Adds examples of a command to its description in --help."""
-    parser.formatter_class = _Help
+
+    def formatter(prog: str) -> _Help:
+        """Returns the formatter of the help of the program `prog`."""
+        return _Help(words, prog=prog)
+
+    # argparse calls what it takes for a class.
+    parser.formatter_class = cast("type[_Help]", formatter)
     title = "example" if len(examples) == 1 else "examples"
     lines = [textwrap.fill(parser.description or "", 78), "", f"{title}:"]
     parser.description = "\n".join([*lines, *(f"  {example}" for example in examples)])
@@ -103,23 +115,33 @@ def _read_toml(file: Path, constants: dict[str, Any]) -> dict[str, Any]:
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """Help text that looks up the names of parameters only when it is printed, because loading the
-    systems takes time."""
+    """Help text that looks up the parameters of the scene among the `words` of the command line
+    only when it is printed, because loading the systems takes time."""
+
+    def __init__(self, words: Sequence[str] = (), **settings: Any) -> None:
+        super().__init__(**settings)
+        self._words = words
 
     def add_text(self, text: str | None) -> None:
-        super().add_text(_parameter_names() if text == NAMES else text)
+        super().add_text(_parameters_of_scene(self._words) if text == NAMES else text)
 
 
-def _parameter_names() -> str:
-    """Returns a paragraph for each system, with the names of its parameters."""
-    paragraphs = (
-        textwrap.fill(
-            ", ".join(system.parameters),
-            78,
-            initial_indent=f"  {name}: ",
-            subsequent_indent="    ",
-            break_on_hyphens=False,
+def _parameters_of_scene(words: Sequence[str]) -> str:
+    """Returns a table of the parameters that --set takes for the first scene among the `words`:
+    name, unit, default and meaning. Without a scene, says how to ask for it."""
+    named = [word for word in words if word.partition("/")[0] in systems()]
+    if not named:
+        return "With a scene, --help also lists its parameters with units and defaults."
+    from plumbob.reports.view.tables import terminal_lines
+    from plumbob.reports.view.units import parameter_meanings, parameter_units
+
+    scene = find_scene(named[0])
+    return "\n".join(
+        terminal_lines(
+            "parameters",
+            scene=scene,
+            names=systems()[scene.system].parameters,
+            units=parameter_units(),
+            meanings=parameter_meanings(),
         )
-        for name, system in systems().items()
     )
-    return "\n".join(("parameters that --set takes:", *paragraphs))

@@ -8,6 +8,7 @@ from pathlib import Path
 from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import Analyse
+from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Workers
 from plumbob.reports.advice.json_records import study_records
 from plumbob.reports.advice.user_settings import user_results
@@ -22,14 +23,15 @@ from plumbob.reports.view.method_results import Results, results_of
 INCOMPLETE = 3
 
 
-def analyse_into(judged: list[Judgements], within: float | None) -> Analyse:
-    """Returns the function that analyses a study and adds the study's verdicts to `judged`."""
+def analyse_into(judged: list[Judgements], within: float | None, progress: Progress) -> Analyse:
+    """Returns the function that analyses a study, shows its progress, and adds the study's verdicts
+    to `judged`."""
 
     def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
         from plumbob.reports.analyses import analyses_of
 
         judged.append(judge_study(study, within))
-        return analyses_of(study, workers, judged[-1])
+        return analyses_of(study, workers, judged[-1], progress)
 
     return analyse
 
