@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plumbob import audit
+from plumbob import audit, load
 from plumbob.engines import closed_loop
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.environment_returns import EnvironmentEpisodes
@@ -184,7 +184,9 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     text = capsys.readouterr().out
     assert "return 5 at 20 ms, over 0.2 s; in the continuous limit 5 ± 0" in text
     assert "no reward reads a quantity that lags a step" in text
+    assert "Return against step" in (Path("pages") / f"audit-{POLE}.html").read_text("utf-8")
     answer = json.loads((Path("pages") / f"audit-{POLE}.json").read_text("utf-8"))
+    assert load("pages").returns["mean"].tolist() == [r["mean"] for r in answer["returns"]]
     assert answer["motion_return"]["own"] == 5.0
     assert answer["returns"][0]["length"] == pytest.approx(0.2)
     for wrong, message in (
