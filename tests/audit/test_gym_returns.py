@@ -16,12 +16,14 @@ from plumbob.engines.audit.environment_returns import EnvironmentEpisodes
 from plumbob.engines.audit.environments import environment, rollout, start_and_period
 from plumbob.engines.audit.episodes import EpisodePlan, episode_returns
 from plumbob.engines.audit.mean_returns import Setting
+from plumbob.engines.audit.reference import largest_distances
 from plumbob.engines.audit.user_models import user_models
 from plumbob.engines.closed_loop import NamedPolicy
 from plumbob.engines.own_motion import AS_IT_STANDS, Script
 from plumbob.engines.workers import Workers
 from plumbob.reports.cli import main
 from plumbob.tests.audit import looped_policies as policies
+from plumbob.tests.validation.loop_findings import Rhythm
 
 for package in ("gymnasium", "imageio"):
     pytest.importorskip(package)
@@ -196,3 +198,23 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     ):
         assert main([*line[:5], *wrong]) == 2
         assert message in capsys.readouterr().err
+
+
+@pytest.mark.rare
+def test_steps_256_times_smaller_confirm_the_certificate_of_a_half_cheetah():
+    """Under a rhythm with feedback, through 60 events of contacts, in the loop of each run."""
+    found = audit(
+        environment("HalfCheetah-v5"),
+        policy=Rhythm(0.1),
+        in_the_loop=True,
+        duration=1.0,
+        budget=15.0,
+    )
+    assert found.until == pytest.approx(1.0)
+    parts = 256 * found.script.parts(found.step)
+    fine = found.model.stepped(found.script, "rk4", parts).states
+    apart = largest_distances(found.reference.corners, found.model.corners(fine))[-1]
+    # RK4 is of first order at contacts: its steps of 39 us are themselves wrong by a micrometre.
+    assert apart < found.uncertainty + 2e-6
+    assert found.error > 1e4 * apart
+    assert found.motion_return.uncertainty < 1e-3
