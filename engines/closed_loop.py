@@ -105,12 +105,11 @@ class PolicyAnswers:
         """Returns the answer to arguments. Raises ParameterError if the policy fails or takes too
         long."""
         watch = nullcontext() if self._watched else self.watched()
-        begin = time.perf_counter()
         try:
             with watch, must_be(self.wanted, "policy", self.name):
-                self._asked_at = begin
+                self._asked_at = begin = time.perf_counter()
                 answer = self._policy(*arguments)
-            self._left -= time.perf_counter() - begin
+                self._left -= time.perf_counter() - begin
             if self._left <= 0.0:
                 raise _TooSlow
         except _TooSlow:

@@ -13,7 +13,11 @@ from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.engines.sweep import store as sweep_store
 from plumbob.models.border import must_be, regular_file
-from plumbob.reports.columns.audit_columns import audit_columns, audited_step_columns
+from plumbob.reports.columns.audit_columns import (
+    audit_columns,
+    audited_step_columns,
+    return_columns,
+)
 from plumbob.reports.columns.columns import Columns
 from plumbob.reports.columns.study_columns import StudyColumns
 from plumbob.reports.columns.sweep_columns import point_columns
@@ -30,7 +34,8 @@ class StoredResults(StudyColumns):
     Of the newest study, or the one that was asked for: `pairs`, `runs`, `errors`, `budgets`,
     `parameters`, `recommendations`, `trims` and `derivatives`. `sweeps` has a table of points for
     each sweep. `audits` has a row for each audit that was written with `--out` or `--json`, and
-    `audited_steps` a row for each of their runs.
+    `audited_steps` a row for each of their runs, and `returns` one for each mean return of
+    episodes.
 
     A table is computed when it is first asked for. `table["error"]` is a numpy array;
     `table.to_pandas()`, `table.to_csv()` and `table.to_latex()` write tables elsewhere."""
@@ -64,6 +69,11 @@ class StoredResults(StudyColumns):
     def audited_steps(self) -> Columns:
         """A row for each run of each audit."""
         return audited_step_columns(self._audit_records)
+
+    @cached_property
+    def returns(self) -> Columns:
+        """A row for each integrator and step at which an audit has run episodes."""
+        return return_columns(self._audit_records)
 
 
 def load_results(path: str | Path, study: int | None = None) -> StoredResults:

@@ -58,6 +58,11 @@ def start_and_period(environment: Any) -> tuple[Any, float]:
     return copy.copy(inner.data), float(inner.frame_skip * inner.model.opt.timestep)
 
 
+def state_in(data: Any) -> Array:
+    """Returns the state of an environment's mjData: qpos, qvel and act, shape (n,)."""
+    return np.concatenate([data.qpos, data.qvel, data.act])
+
+
 @dataclass(frozen=True)
 class Rollout:
     """An episode of an environment, to its end or for so many periods."""
@@ -93,7 +98,7 @@ def rollout(
             with must_be(OF_OBSERVATION, "policy", name, Diverged, NotControlled):
                 observation, reward, ended, late, _ = environment.step(actions[-1])
                 rewards.append(float(reward))
-            states.append(np.concatenate([data.qpos, data.qvel, data.act]))
+            states.append(state_in(data))
             if len(controls) != len(rewards):
                 kind = type(environment.unwrapped).__name__
                 raise ParameterError("gym", kind, STEPS_ELSEWHERE)
@@ -143,7 +148,7 @@ def reset_to(environment: Any, state: Array, model: OwnModel) -> Any:
     unless it is there. Returns the observation."""
     observation, _ = environment.reset(seed=max(0, environment.unwrapped.np_random_seed))
     data = environment.unwrapped.data
-    if np.array_equal(np.concatenate([data.qpos, data.qvel, data.act]), state):
+    if np.array_equal(state_in(data), state):
         return observation
     model.place_data(data, state)
     return observed(environment)

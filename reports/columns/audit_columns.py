@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from plumbob.reports.columns.columns import Columns, columns_of
@@ -18,14 +18,20 @@ def audit_columns(records: Sequence[AuditRecord]) -> Columns:
 
 def audited_step_columns(records: Sequence[AuditRecord]) -> Columns:
     """Returns a row for each run of each audit."""
-    rows = []
+    rows = _rows(records, "steps")
+    return columns_of("audited_steps", ({**r, "error": _or_infinity(r["error"])} for r in rows))
+
+
+def return_columns(records: Sequence[AuditRecord]) -> Columns:
+    """Returns a row for each integrator and step at which an audit has run episodes."""
+    return columns_of("returns", _rows(records, "returns"))
+
+
+def _rows(records: Sequence[AuditRecord], name: str) -> Iterator[dict[str, Any]]:
+    """Gives the entries of a list of each audit, with the path and the name of its model."""
     for record in records:
         about = {"path": record.get("path", record["model"]), "model": record["model"]}
-        rows += [
-            {**run, **about, "error": _or_infinity(run["error"])}
-            for run in record.get("steps", ())
-        ]
-    return columns_of("audited_steps", rows)
+        yield from ({**entry, **about} for entry in record.get(name, ()))
 
 
 def _row(record: AuditRecord) -> dict[str, Any]:

@@ -45,7 +45,10 @@ def command(chosen: argparse.Namespace) -> int:
     """Measures, judges and prints the largest steps. Returns 1 if a step is not as expected, 3 if
     an engine is missing."""
     if is_model_file(chosen, SCENE_OPTIONS, (*FILE_OPTIONS, "budget", "policy", "delay")):
-        return _print_file_limits(chosen) if chosen.policy is None else _print_loops(chosen)
+        if chosen.policy is not None:
+            return _print_loops(chosen)
+        values.refuse_options(chosen, ("delay",), "given with --policy")
+        return _print_file_limits(chosen)
     scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
     if chosen.out:

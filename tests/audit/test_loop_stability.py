@@ -159,7 +159,8 @@ def test_the_terminal_says_what_limits_each_end(capsys, tmp_path):
     assert len(lines) == 4
     assert lines[1].startswith("hold   stable up to ")
     assert "runs confirm; beyond, joint knee" in lines[1]
-    assert main(["stability", "servo/held-1ms", "--delay", "1"]) == 2
+    for of in ("servo/held-half", str(file)):
+        assert main(["stability", of, "--delay", "1"]) == 2
 
 
 def test_runs_that_take_too_long_confirm_nothing(monkeypatch, capsys, tmp_path):

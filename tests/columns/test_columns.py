@@ -232,6 +232,7 @@ AUDIT = {
     "steps": [
         {"integrator": "rk4", "step": 1e-3, "error": 1e-6, "ns_per_second": 1e6, "why": ""}
     ],
+    "returns": [{"integrator": "rk4", "step": 1e-3, "mean": 4.5, "difference": None}],
 }
 
 
@@ -246,6 +247,8 @@ def test_audits_are_columns(tmp_path):
     data = plumbob.load(tmp_path)
     assert data.audits["model"].tolist() == ["=evil.xml"]
     assert data.audited_steps["error"].tolist() == [1e-6]
+    assert data.returns["mean"].tolist() == [4.5]
+    assert math.isnan(data.returns["difference"][0])
     assert audited_step_columns([AUDIT]).to_csv() == data.audited_steps.to_csv()
 
 

@@ -104,13 +104,17 @@ def test_a_page_says_what_is_stored(tmp_path):
 
 
 def test_a_page_says_when_its_shipped_numbers_were_computed(tmp_path):
-    page = files(write_study_pages(quick(), tmp_path))["cone-pendulum.html"].decode()
-    shipped = [exact_numbers_of(a.template) for a in quick().analyses if a.place == "finding"]
-    shipped = [exact for exact in shipped if exact]
-    assert shipped
-    versions = ", ".join(f"{name} {version}" for name, version in shipped[0].versions.items())
-    said = f"no measurement were computed on {shipped[0].date} with {versions}."
-    assert page.count(said) == len(shipped)
+    pages = files(write_study_pages(quick(), tmp_path))
+    findings = [a for a in quick().analyses if a.place == "finding"]
+    for about in ("cone-pendulum", "engines"):
+        shipped = [exact_numbers_of(a.template) for a in findings if a.system == about]
+        shipped = [exact for exact in shipped if exact]
+        assert shipped
+        numbers = ", ".join(f"{name} {value}" for name, value in shipped[0].versions.items())
+        said = (
+            f"no measurement of this study were computed on {shipped[0].date} with {numbers}."
+        )
+        assert pages[f"{about}.html"].decode().count(said) == len(shipped)
 
 
 @pytest.mark.parametrize("place", [SCENE, PAGES_OF_STUDY])

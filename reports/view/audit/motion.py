@@ -10,9 +10,11 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.mean_returns import EpisodeReturns
 from plumbob.engines.audit.step_errors import TARGETS, StepComparison, horizon
 from plumbob.reports.advice.work_precision import pareto_front
 
+DRAWN_EPISODES = 50  # number of episodes whose returns are drawn as dots
 DRAWN_STEPS = 4  # number of steps of the model's integrator in the figure over time
 
 
@@ -23,9 +25,11 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
       it (None: to the end)
     - `event_rate`: rate at which contacts and limits begin or cease to act [1/s]
     - `courses`, `uncertainty`: errors and uncertainty [m] over time, for a figure
+    - `returned`: the entries of `_returned`
     - the entries of `_costs`"""
+    returned = _returned(audit.returns) if audit.returns is not None else ()
     if audit.found is None:
-        return {}
+        return {"returned": returned}
     compared = audit.found
     reference = audit.reference
     horizons = []
@@ -41,8 +45,37 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
             for run in compared.own_and_finer[:DRAWN_STEPS]
         ],
         "uncertainty": _drawn(reference.uncertainty),
+        "returned": returned,
         **_costs(compared),
     }
+
+
+def _returned(returns: EpisodeReturns) -> list[dict[str, Any]]:
+    """Returns for each integrator its `steps` [s], by how much the mean return differs there from
+    that at the own step (`changes`), the ends of its interval (`low`, `high`), and `dots`: a step
+    and a difference for each of the first DRAWN_EPISODES episodes."""
+    drawn = []
+    columns = list(enumerate(returns.rows))
+    for integrator, group in groupby(columns, lambda column: column[1].integrator):
+        rows = list(group)
+        dots = [
+            (row.step, float(value))
+            for number, row in rows
+            for value in (returns.values[:, number] - returns.values[:, 0])[:DRAWN_EPISODES]
+            if np.isfinite(value)
+        ]
+        changes = [row.difference for _, row in rows]
+        drawn.append(
+            {
+                "integrator": integrator,
+                "steps": [row.step for _, row in rows],
+                "changes": [change.mean if change else 0.0 for change in changes],
+                "low": [change.low if change else 0.0 for change in changes],
+                "high": [change.high if change else 0.0 for change in changes],
+                "dots": dots,
+            }
+        )
+    return drawn
 
 
 def _costs(compared: StepComparison) -> dict[str, Any]:
