@@ -28,7 +28,10 @@ UNBALANCED = 1e-6
 # Largest excess of a tangential force over its cone, as a part of the normal force, at which no
 # half-space is added
 CUT = 1e-4
-MOST_CONE_CUTS = 60  # an angle is halved with each cut: far more than CUT asks for
+FIRST_CUTS = 16  # half-spaces around a cone of two tangential forces at first
+# An angle is halved with each cut: a single cone needs four of them for CUT. Many contacts that can
+# share a load need more: then forces are looked for that are inside all cones for sure.
+MOST_CONE_CUTS = 20
 # Least distance of the smallest friction from the given one, as a part of it, that is resolved:
 # ten times CUT
 CLOSE = 1e-3
@@ -129,11 +132,15 @@ class Statics:
     # The smallest multiple of the actuators' forces that holds; NaN without actuators or balance
     least_actuation: float
     least_grip: float  # [N] the largest normal force between two bodies with that multiple
+    # The least multiple of the friction that balanced forces were seen to use; infinite without
+    used_friction: float
 
     @property
     def close(self) -> bool:
-        """Whether the given friction is too near to the smallest one to tell."""
-        return abs(self.least_friction - 1.0) <= CLOSE
+        """Whether the given friction is too near to the smallest one to tell, or no balanced forces
+        within the cones were seen."""
+        seen = self.used_friction <= 1.0 + CLOSE
+        return abs(self.least_friction - 1.0) <= CLOSE or (self.balanced and not seen)
 
     @property
     def balanced(self) -> bool:
@@ -164,6 +171,8 @@ class BalanceProgramme:
         self.actuator, self.largest = columns.shape[1], columns.shape[1] + 1
         self.bounds = self._bounds(count)
         self.cuts = [self._first_cuts(size - 1) for size in self.sizes]
+        # The least multiple of the friction that balanced forces were seen to use
+        self.used = math.inf
 
     def _bounds(self, count: int) -> list[tuple[float | None, float | None]]:
         """Returns the least and the largest value of each unknown."""
@@ -179,7 +188,12 @@ class BalanceProgramme:
     @staticmethod
     def _first_cuts(count: int) -> list[Array]:
         """Returns the normals of the first half-spaces of a cone with `count` tangential forces."""
-        return [*np.eye(count), *-np.eye(count)]
+        if count < 2:
+            return [*np.eye(count), *-np.eye(count)]
+        angles = np.arange(FIRST_CUTS) * math.tau / FIRST_CUTS
+        around = np.zeros((FIRST_CUTS, count))
+        around[:, 0], around[:, 1] = np.cos(angles), np.sin(angles)
+        return [*around, *np.eye(count)[2:], *-np.eye(count)[2:]]
 
     def _half_spaces(self, friction: float) -> Array:
         """Returns the rows that must not be positive, shape (half-spaces, unknowns)."""
@@ -211,25 +225,59 @@ class BalanceProgramme:
             cost[self.actuator], bounds[self.actuator] = 1.0, (0.0, None)
             target = target + self.held.scaled_actuation
         for _ in range(MOST_CONE_CUTS):
-            half_spaces = self._half_spaces(friction)
-            solved = linprog(
-                cost,
-                A_ub=half_spaces,
-                b_ub=np.zeros(len(half_spaces)),
-                A_eq=self.matrix,
-                b_eq=target,
-                bounds=bounds,
-                method="highs",
-            )
-            # Unbalanced loads make every programme feasible: no forces is a solver's failure.
-            forces = np.full(len(cost), math.nan) if solved.x is None else solved.x
-            if not forces[self.largest + 1 :].sum() <= UNBALANCED:
+            forces = self._forces(friction, cost, target, bounds)
+            if forces is None:
                 return None
             if not self._cut_off(forces, friction):
                 break
+        else:
+            inside = self._forces(friction * self._inner_part, cost, target, bounds)
+            forces = forces if inside is None else inside
+        self.used = min(self.used, self._used_friction(forces))
         normals = forces[self.starts[:-1]]
         index = self.actuator if wanted == "actuation" else self.largest
         return ForceBalance(normals * self.held.newtons, float(forces[index]))
+
+    def _forces(
+        self,
+        friction: float,
+        cost: Array,
+        target: Array,
+        bounds: list[tuple[float | None, float | None]],
+    ) -> Array | None:
+        """Returns all unknowns at their least cost within the half-spaces, or None if a load is
+        left unbalanced."""
+        half_spaces = self._half_spaces(friction)
+        solved = linprog(
+            cost,
+            A_ub=half_spaces,
+            b_ub=np.zeros(len(half_spaces)),
+            A_eq=self.matrix,
+            b_eq=target,
+            bounds=bounds,
+            method="highs",
+        )
+        # Unbalanced loads make every programme feasible: no forces is a solver's failure.
+        if solved.x is None or not solved.x[self.largest + 1 :].sum() <= UNBALANCED:
+            return None
+        return np.asarray(solved.x)
+
+    def _used_friction(self, forces: Array) -> float:
+        """Returns the multiple of the friction that forces use."""
+        used = 0.0
+        for start, size in zip(self.starts, self.sizes, strict=False):
+            amount = float(np.linalg.norm(forces[start + 1 : start + size]))
+            if amount > UNBALANCED:
+                used = max(used, amount / max(forces[start], UNBALANCED))
+        return used
+
+    @property
+    def _inner_part(self) -> float:
+        """The part of the friction with which the first half-spaces lie inside the cones."""
+        others = max(
+            0, max(self.sizes) - 3
+        )  # torsion and rolling have half-spaces of their own
+        return math.cos(math.pi / FIRST_CUTS) / math.sqrt(1.0 + others)
 
     def _cut_off(self, forces: Array, friction: float) -> bool:
         """Adds a half-space for each contact whose force is outside its cone; returns whether there
@@ -277,7 +325,8 @@ def contact_statics(held: HeldLoads) -> Statics:
     friction = max(1.0, least + CUT)
     balance = programme.balance(friction, "force") if math.isfinite(least) else None
     if balance is None or least > 1.0 + CLOSE:
-        return Statics(least, np.zeros(0), math.nan, math.nan, math.nan)
+        nothing = math.nan
+        return Statics(least, np.zeros(0), nothing, nothing, nothing, programme.used)
     actuation = programme.balance(friction, "actuation") if held.actuation.any() else None
     pairs = np.array([contact.pair for contact in held.contacts])
     sums = np.bincount(pairs, actuation.normal_forces) if actuation else np.full(1, math.nan)
@@ -287,4 +336,5 @@ def contact_statics(held: HeldLoads) -> Statics:
         least_force=balance.objective * held.load_size,
         least_actuation=actuation.objective if actuation else math.nan,
         least_grip=float(sums.max()),
+        used_friction=programme.used,
     )

@@ -57,8 +57,8 @@ def block(draw, fraction):
     )
     slope = math.atan(fraction * friction)
     text = on_slope(slope, friction, body, draw.uniform(-math.pi, math.pi))
-    # Pulled along a diagonal the block tips later than along an edge.
-    return Arrangement("block", text, verdict(fraction), fraction)
+    # A block that slides at once may tip, too: then no friction would hold it.
+    return Arrangement("block", text, verdict(fraction), fraction if fraction < 1.0 else None)
 
 
 def chair(draw, fraction):

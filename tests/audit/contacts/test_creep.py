@@ -7,6 +7,8 @@ import pytest
 from plumbob.analytic.errors.contact_models.creep import SoftRows, steady_creep
 from plumbob.analytic.errors.contact_models.soft_friction import HeldContact
 from plumbob.analytic.schemes import SoftPoint
+from plumbob.engines.adapters.mujoco.own_model.held_bodies import held_bodies
+from plumbob.engines.own_motion import Start
 from plumbob.reports.audit_from_python import audit_holds
 from plumbob.reports.view.audit.page import holds_snippet
 from plumbob.tests.audit.contacts.creeping_bodies import combinations
@@ -27,12 +29,12 @@ def checked(text, keyframe):
     assert found.remedy.creep.speed <= WANTED
     assert not found.remedy.refusal
     pasted = text.replace("</mujoco>", holds_snippet(found) + "</mujoco>")
-    again = audit_holds(mujoco.MjModel.from_xml_string(pasted), keyframe=keyframe)
-    assert again.creep.speed == pytest.approx(found.remedy.creep.speed, rel=1e-9)
+    again = held_bodies(mujoco.MjModel.from_xml_string(pasted), Start(keyframe), None)
+    assert again.creep().speed == pytest.approx(found.remedy.creep.speed, rel=1e-9)
 
 
-# A rod with a pyramid, a ramp with solimp's midpoint and power, and a stack with an elliptic cone
-@pytest.mark.parametrize("number", [1, 8, 30])
+# A rod with a pyramid, and a ramp with solimp's midpoint and power
+@pytest.mark.parametrize("number", [1, 8])
 def test_creep_is_as_predicted_and_stops_with_what_is_pasted(number):
     checked(*combinations()[number])
 

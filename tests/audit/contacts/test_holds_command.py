@@ -77,7 +77,6 @@ def test_the_lines_name_what_matters(tmp_path, capsys):
         (0.2, (), 1, "friction cannot hold box"),
         (0.6, ("--creep-within", "1e-4"), 1, "creeps at 0.000924 m/s"),
         (0.6, ("--creep-within", "1e-2"), 0, ""),
-        (0.6, ("--holds-body", "box"), 0, ""),
     ],
 )
 def test_the_exit_code_is_1_where_friction_cannot_hold_or_creep_is_too_fast(

@@ -57,6 +57,9 @@ WANDERED = 0.25  # displacement over size beyond which bodies have left their st
 # Bounds of MuJoCo's solimp: smallest and largest impedance and midpoint
 IMPEDANCES = (1e-4, 0.9999)
 MOST_RUN_SECONDS = 5.0  # [s] processor time of a run
+MOST_CONTACTS = (
+    60  # contacts of connected bodies: linear programmes then take about ten seconds
+)
 JOINT_DOFS = (6, 3, 1, 1)  # degrees of freedom of a free, ball, slide and hinge joint
 CLOCK_PART = 0.1  # [s] of a run between two looks at the clock
 
@@ -160,7 +163,8 @@ class MujocoHeld:
             speeds.append(self._moved(before, data)[0] / WINDOW)
             # The first measurement has the way into the contacts.
             change = abs(speeds[-1] - speeds[-2]) if len(speeds) > 2 else math.inf
-            if change <= STEADY * speeds[-1] + NO_CHANGE:
+            late = time.thread_time() - begin > MOST_RUN_SECONDS
+            if late or change <= STEADY * speeds[-1] + NO_CHANGE:
                 break
         steps = len(speeds) * round(WINDOW / self.step)
         seconds = (time.thread_time() - begin) / steps
@@ -373,6 +377,10 @@ class MujocoHeld:
             dofs = np.flatnonzero(np.isin(model.dof_treeid, list(trees)))
             group = _Group(model, elliptic, rows[:, dofs])
             contacts = tuple(group.contacts())
+            if len(contacts) > MOST_CONTACTS:
+                raise NotCertifiable(
+                    f"{len(contacts)} contacts connect its bodies, more than {MOST_CONTACTS}"
+                )
             if contacts:
                 yield HeldGroup(
                     bodies=group.bodies(trees),
