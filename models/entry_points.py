@@ -85,8 +85,8 @@ def _load_addition(
     a package; more than one is an error."""
     packages = []
     for point in points:
-        package = point.dist
-        packages.append(f"{package.name} {package.version}" if package else point.module)
+        dist = point.dist
+        packages.append(f"{dist.name} {dist.version}" if dist else point.module)
     loaded = None
     output = ""
     if len(points) > 1:

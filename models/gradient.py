@@ -130,11 +130,11 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
     values: dict[str, dict[str, Array]] = {}
     for side, sensitivity in zip(neighbours, sensitivities, strict=True):
         values[side] = {name: sensitivity.values[name] for name in names}
+    # If both sides have a derivative each, the larger uncertainty counts.
     uncertainties = [sensitivity.uncertainty for sensitivity in sensitivities] or [undefined]
     uncertainty: dict[str, Array] = {}
-    for name in names:  # of derivatives on both sides, the larger uncertainty counts
-        of_sides = [side_uncertainty[name] for side_uncertainty in uncertainties]
-        uncertainty[name] = np.max(of_sides, axis=0)
+    for name in names:
+        uncertainty[name] = np.max([side[name] for side in uncertainties], axis=0)
     if "both" in values:
         return Sensitivity(values["both"], uncertainty)
     below, above = (values.get(side, undefined) for side in NEIGHBOUR_SIDES)
