@@ -27,8 +27,8 @@ class Refused(Exception):
 def border(
     refused: Callable[[str], BaseException] = Refused, *passing: type[BaseException]
 ) -> Iterator[None]:
-    """Raises `refused` with one line in place of any error of the block. Errors of the kinds
-    `passing`, interrupts and exhausted memory pass unchanged."""
+    """Raises `refused` with one line in place of any error of the block. Interrupts, exhausted
+    memory and errors of the kinds `passing` are raised unchanged."""
     unchanged: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, *passing)
     try:
         yield

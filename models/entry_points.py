@@ -63,8 +63,10 @@ def plugin_versions() -> Mapping[str, str]:
 def additions(group: str, find_fault: FindFault) -> Mapping[str, Addition]:
     """Returns the objects that packages add to a group, by name, loaded once a process. If an
     object cannot be used, or prints while it is loaded, a line on stderr says so."""
-    points_by_name = entry_points_by_name(group)
-    return {n: _load_addition(n, points, find_fault) for n, points in points_by_name.items()}
+    return {
+        name: _load_addition(name, points, find_fault)
+        for name, points in entry_points_by_name(group).items()
+    }
 
 
 def broken_requirement(group: str, find_fault: FindFault, name: str) -> str:
@@ -81,7 +83,10 @@ def _load_addition(
 ) -> Addition:
     """Loads and validates the object with this name. `points` are the entry points of the name, one
     a package; more than one is an error."""
-    packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in points]
+    packages = []
+    for point in points:
+        dist = point.dist
+        packages.append(f"{dist.name} {dist.version}" if dist else point.module)
     loaded = None
     output = ""
     if len(points) > 1:

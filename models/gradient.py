@@ -125,16 +125,16 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
     neighbours, reason = _neighbours_by_side(number)
     system = number.case.system
     gradients = system.sensitivity or _default_gradients(system)
-    found = gradients(list(neighbours.values()), times) if neighbours else []
+    sensitivities = gradients(list(neighbours.values()), times) if neighbours else []
     undefined = dict.fromkeys(names, np.full(times.shape, np.nan))
     values: dict[str, dict[str, Array]] = {}
-    for side, sensitivity in zip(neighbours, found, strict=True):
+    for side, sensitivity in zip(neighbours, sensitivities, strict=True):
         values[side] = {name: sensitivity.values[name] for name in names}
     # If both sides have a derivative each, the larger uncertainty counts.
-    uncertainties = [sensitivity.uncertainty for sensitivity in found] or [undefined]
+    uncertainties = [sensitivity.uncertainty for sensitivity in sensitivities] or [undefined]
     uncertainty: dict[str, Array] = {}
     for name in names:
-        uncertainty[name] = np.max([each[name] for each in uncertainties], axis=0)
+        uncertainty[name] = np.max([side[name] for side in uncertainties], axis=0)
     if "both" in values:
         return Sensitivity(values["both"], uncertainty)
     below, above = (values.get(side, undefined) for side in NEIGHBOUR_SIDES)
@@ -142,22 +142,26 @@ def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitiv
 
 
 def _default_gradients(system: System) -> ExactGradients:
-    """Returns the derivatives' function for a system that has none of its own. If the system's
-    motion has a variational equation, the function solves it. Otherwise it takes differences of the
-    exact motion."""
+    """Returns the function that computes derivatives for a system that has none of its own. If the
+    motion of the system has a variational equation, the function solves it. Otherwise it takes
+    differences of the exact motion."""
 
     def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
+        """Returns the sensitivities by each parameter; `problems` has the neighbours by one
+        parameter each."""
         start = np.zeros(1)
         if isinstance(system.reference(problems[0].here), CertifiedMotion):
             from plumbob.analytic.numerics.smooth.smooth_motion import certified_smooth_motion
             from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 
             def motion(problem: Any) -> Any:
+                """Returns the certified motion of a problem with its equations."""
                 return certified_smooth_motion(cast(Any, system.reference(problem)))
 
             return smooth_gradients(motion, problems, times)
 
         def phased(problem: Any) -> Phased:
+            """Returns the exact motion of a problem as one phase."""
             return Phased(system.reference(problem), start)
 
         motions = [neighbours.each(phased) for neighbours in problems]
@@ -182,14 +186,14 @@ def _parameters_with(case: Case, name: str) -> Parameters:
         raise ParameterError("by", name, f"one of {nearest(name, list(system.parameters))}")
     if name in parameters:
         return parameters
-    # The parameter may belong to another description of the case, whose other parameters come with
-    # it: setting one of those may bring `name`.
-    for other in (name, *system.parameters):
-        if other in parameters:
+    # The parameter may belong to another description of the case, such as a body's mass where the
+    # scene has a cone's density. Setting one parameter of that description adds all of them.
+    for candidate in (name, *system.parameters):
+        if candidate in parameters:
             continue
-        default = system.left_out.get(other, 0.0)
+        default = system.left_out.get(candidate, 0.0)
         try:
-            changed = system.change(parameters, {other: default})
+            changed = system.change(parameters, {candidate: default})
             if name in changed and _is_same_motion(case, changed):
                 return changed
         except ParameterError:

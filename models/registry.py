@@ -58,8 +58,9 @@ def systems() -> Mapping[str, System]:
 
 
 def systems_of(*names: str) -> Mapping[str, System]:
-    """Returns systems among which the systems with these names, or with scenes of these names, are.
-    Other packages are loaded only if plumbob itself has no system of one of the names."""
+    """Returns a mapping of systems that has every system with one of these names, or with a scene
+    of one of these names. Other packages are loaded only if plumbob itself lacks one of the
+    systems."""
     own_systems = built_in_systems()
     all_known = all(name.partition("/")[0] in own_systems for name in names)
     return own_systems if all_known else systems()
@@ -144,11 +145,12 @@ def matching_scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, .
             names = (scene.name for scene in _scenes_of(systems()))
             raise ParameterError("scenes", part, _name_requirement(part, names))
 
-    def chosen(scene: Scene) -> bool:
+    def is_chosen(scene: Scene) -> bool:
+        """Whether a scene belongs to the profile, or is named in full, and matches a pattern."""
         in_profile = profile == "full" or scene.profile == "quick" or scene.name in patterns
         return in_profile and any(matches(scene.name, part) for part in patterns)
 
-    return tuple(scene for scene in every if chosen(scene))
+    return tuple(scene for scene in every if is_chosen(scene))
 
 
 def _scenes_of(some: Mapping[str, System]) -> list[Scene]:

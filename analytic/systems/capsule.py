@@ -16,7 +16,8 @@ from plumbob.analytic.reference import Array
 PlanePoint = tuple[float, float]
 NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 
-UNIT_POSITIONS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
+# [m] C, and the positions 1 m from C along x and y: three values give an affine function
+UNIT_POSITIONS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 # Smallest height of a triangle of supports over its longest side: a flatter triangle gives support
 # loads with fewer than 7 digits.

@@ -115,16 +115,18 @@ class HeldLoop(LinearResponse):
         _, switch = self.delay_in_holds  # time after a sample at which the torque changes
         samples, torques = self._samples(last)
         since = times - numbers * self.hold
-        before_switch = np.clip(since, 0.0, switch)
+        states = self._moved(samples[numbers], np.clip(since, 0.0, switch), torques[numbers])
         after_switch = np.maximum(since - switch, 0.0)
-        states = samples[numbers]
-        for durations, torque in (
-            (before_switch, torques[numbers]),
-            (after_switch, torques[numbers + 1]),
-        ):
-            matrices, effects = self.flows(durations)
-            states = np.einsum("nij,nj->ni", matrices, states) + effects * torque[:, None]
+        states = self._moved(states, after_switch, torques[numbers + 1])
         return dict(zip(LOOP_OBSERVABLES, states.T.copy(), strict=True))
+
+    def _moved(self, states: Array, durations: Array, torques: Array) -> Array:
+        """Returns `states`, shape (n, 2), after `durations` [s] under constant `torques` [N m],
+        shape (n,) each."""
+        matrices, effects = self.flows(durations)
+        return np.asarray(
+            np.einsum("nij,nj->ni", matrices, states) + effects * torques[:, None]
+        )
 
     def _samples(self, last: int) -> tuple[Array, Array]:
         """Returns the states at the samples up to the number `last`, shape (last + 1, 2), and the

@@ -214,6 +214,7 @@ def _near_barrier(k: int, above: float, below: float) -> tuple[Scene, Scene]:
     passages of the saddle. `above` and `below` are the rates theta_dot [rad/s] of the start."""
 
     def scene(side: str, theta_dot: float, profile: str) -> Scene:
+        """Returns the scene on one side of the barrier."""
         return _scene(
             f"{side}-barrier-1e-{k}",
             f"energy {side} the barrier by 10^-{k} of it",

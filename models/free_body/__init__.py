@@ -28,7 +28,7 @@ from plumbob.models.scene import (
 if TYPE_CHECKING:
     from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 
-HALF = 0.5  # error of the quaternion for an error of 1 rad of the attitude
+QUATERNION_ERROR = 0.5  # error of the quaternion for an error of 1 rad of the attitude
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
@@ -50,7 +50,7 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     magnitude."""
     size = case.problem.speed or 1.0
     return (
-        *(Quantity(name, HALF) for name in ATTITUDE),
+        *(Quantity(name, QUATERNION_ERROR) for name in ATTITUDE),
         *(Quantity(name, size) for name in ANGULAR_VELOCITY_NAMES),
     )
 

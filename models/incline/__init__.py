@@ -33,8 +33,8 @@ def facts(cube: Incline) -> Mapping[str, Any]:
 def interest(case: Case) -> tuple[Quantity, ...]:
     """Returns the place; its scale is the largest distance, or the edge if the cube rests."""
     times = np.linspace(0.0, case.scene.duration, 101)
-    way = float(np.abs(case.reference.observe(times)["x"]).max())
-    return (Quantity("x", way or case.problem.size),)
+    largest_distance = float(np.abs(case.reference.observe(times)["x"]).max())
+    return (Quantity("x", largest_distance or case.problem.size),)
 
 
 def errors(incline: Incline) -> ErrorTheory:

@@ -16,21 +16,21 @@ def fill(spec: Any, chain: NPendulum) -> None:
     """Writes the numbers of a chain into an MjSpec of n_pendulum.xml, and gives it as many rods as
     the chain has."""
     spec.option.gravity = [0.0, 0.0, -chain.gravity]
-    above = None
+    rod_above = None
     length_above = 0.0
     rods = zip(chain.each("masses"), chain.each("lengths"), strict=True)
     for number, (mass, length) in enumerate(rods, start=1):
-        rod = spec.body(f"rod_{number}") or _add_rod(above, number)
+        rod = spec.body(f"rod_{number}") or _add_rod(rod_above, number)
         rod.pos = [0.0, 0.0, -length_above]
         rod.mass = mass
         rod.ipos = [0.0, 0.0, -length / 2]
         rod.inertia = [mass * length**2 / 12] * 3
         rod.first_geom().fromto = [0.0, 0.0, 0.0, 0.0, 0.0, -length]
-        above = rod
+        rod_above = rod
         length_above = length
-    superfluous = spec.body(f"rod_{len(chain.angles) + 1}")
-    if superfluous is not None:
-        spec.delete(superfluous)
+    extra_rod = spec.body(f"rod_{len(chain.angles) + 1}")
+    if extra_rod is not None:
+        spec.delete(extra_rod)
     start = spec.key("start")
     start.qpos = np.diff(chain.each("angles"), prepend=0.0)
     start.qvel = np.diff(chain.each("angular_velocities"), prepend=0.0)

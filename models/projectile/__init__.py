@@ -13,9 +13,9 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     """Returns the place, with the distance thrown or fallen as its scale, and the angle, with one
     radian."""
     body = case.problem
-    time = case.scene.duration
-    way = max(body.speed * time, body.gravity * time**2 / 2) or 1.0
-    return Quantity("z", way), Quantity("x", way), Quantity("angle", 1.0)
+    duration = case.scene.duration
+    distance = max(body.speed * duration, body.gravity * duration**2 / 2) or 1.0
+    return Quantity("z", distance), Quantity("x", distance), Quantity("angle", 1.0)
 
 
 _scene = partial(

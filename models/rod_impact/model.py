@@ -18,7 +18,7 @@ def fill(spec: Any, problem: RodImpact) -> None:
     half = problem.length / 2.0
     rod = spec.body("rod")
     start = spec.key("start")
-    begun = problem.observe(np.zeros(1))
+    at_start = problem.observe(np.zeros(1))
     spec.option.gravity = [0.0, 0.0, -problem.gravity]
     rod.mass = problem.mass
     rod.inertia = [problem.mass * problem.length**2 / 12.0] * 3
@@ -27,7 +27,7 @@ def fill(spec: Any, problem: RodImpact) -> None:
         spec.geom(pair.geomname2).pos = [side, 0.0, 0.0]
         pair.friction[:2] = [problem.friction] * 2
         pair.condim = 3 if problem.friction else 1
-    start.qpos = [begun[name][0] for name in ("x", "z", "angle")]
+    start.qpos = [at_start[name][0] for name in ("x", "z", "angle")]
     start.qvel = [problem.speed, 0.0, 0.0]
 
 

@@ -16,14 +16,14 @@ from plumbob.models.scene import Observable, make_scene, step_sizes
 def facts(ball: RollingBall) -> Mapping[str, Any]:
     """Returns time [s], place [m] and speed [m/s] at which rolling begins, and time and place of
     rest. A value is None if the ball never rolls, or never rests."""
-    rolls = ball.rolling_begins
-    stops = ball.rest_time if math.isfinite(ball.rest_time) else None
+    rolling = ball.rolling_begins
+    rests = math.isfinite(ball.rest_time)
     return {
-        "rolling_time": rolls and rolls.time,
-        "rolling_place": rolls and rolls.x,
-        "rolling_speed": rolls and rolls.v,
-        "rest_time": stops,
-        "rest_place": None if stops is None else ball.pieces[-1].x,
+        "rolling_time": rolling and rolling.time,
+        "rolling_place": rolling and rolling.x,
+        "rolling_speed": rolling and rolling.v,
+        "rest_time": ball.rest_time if rests else None,
+        "rest_place": ball.pieces[-1].x if rests else None,
     }
 
 

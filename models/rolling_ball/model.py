@@ -19,15 +19,16 @@ def fill(spec: Any, problem: RollingBall) -> None:
     ball.mass = problem.mass
     ball.inertia = [0.4 * problem.mass * radius**2] * 3
     spec.geom("ball").size[0] = radius
-    turned = problem.torsional_friction
-    rolled = problem.rolling_friction
-    pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
+    sliding = problem.friction
+    torsional = problem.torsional_friction
+    rolling = problem.rolling_friction
+    pair.friction = [sliding, sliding, torsional, rolling, rolling]
     # MuJoCo raises an active coefficient to at least 1e-5, so dimensions without friction are left
     # out.
-    pair.condim = 4 if turned else 3
-    if rolled:
+    pair.condim = 4 if torsional else 3
+    if rolling:
         pair.condim = 6
-    elif not problem.friction:
+    elif not sliding:
         pair.condim = 1
     spec.key("start").qvel = [problem.speed, 0.0, problem.spin]
 

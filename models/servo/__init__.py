@@ -52,12 +52,10 @@ def servo_errors(servo: Servo) -> ErrorTheory:
 
         return held_errors(servo.loop)
     if not servo.saturates:
-        theory: ErrorTheory = linear.errors(servo.started)
-    else:
-        from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+        return linear.errors(servo.started)
+    from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
 
-        theory = smooth_errors(servo, None, servo.implicit)
-    return theory
+    return smooth_errors(servo, None, servo.implicit)
 
 
 def reference_of(servo: Servo) -> Reference:

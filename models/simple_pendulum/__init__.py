@@ -89,9 +89,10 @@ def change_pendulum(parameters: Parameters, changes: Parameters) -> Parameters:
     """Returns parameters with some values changed. A change of theta_from_top replaces theta, and
     the reverse. In the same way C and its rate, and F_0 and its amplitude, replace each other."""
     for pair in (*OWN_FORM.items(), ("theta", FROM_TOP)):
-        chosen = set(pair).intersection(changes)
-        replaced_names = set(pair) - chosen if chosen else set()
-        parameters = {n: v for n, v in parameters.items() if n not in replaced_names}
+        changed_names = set(pair).intersection(changes)
+        if changed_names:
+            replaced_names = set(pair) - changed_names
+            parameters = {n: v for n, v in parameters.items() if n not in replaced_names}
     return replaced(parameters, changes)
 
 

@@ -46,18 +46,18 @@ def observe(problem: CapsuleProblem, qpos: Array, qvel: Array) -> Signals:
     """Returns the observables that the coordinates of a free body and of its slider show: the place
     and velocity of C, and the slider's stroke if it keeps to a line."""
     setup = problem.setup
-    slid = np.zeros(len(qpos))
-    slid_rate = np.zeros(len(qpos))
+    stroke = np.zeros(len(qpos))
+    stroke_rate = np.zeros(len(qpos))
     if setup.relative_velocity is not None:
-        slid[:] = qpos[:, -1]
-        slid_rate[:] = qvel[:, -1]
+        stroke[:] = qpos[:, -1]
+        stroke_rate[:] = qvel[:, -1]
     as_complex = np.array([1.0, 1.0j])
     place = qpos[:, :2] @ as_complex
     velocity = qvel[:, :2] @ as_complex
     # An attitude gives the angle up to whole turns.
     angles = np.unwrap(heading_of_attitude(qpos[:, 3:7]))
     turns = nearest_turn(angles[0], setup.heading) - angles[0]
-    pose = ChainPose(place, velocity, angles + turns, qvel[:, 5], slid, slid_rate)
+    pose = ChainPose(place, velocity, angles + turns, qvel[:, 5], stroke, stroke_rate)
     return pose_observables(setup, pose)
 
 
@@ -88,14 +88,17 @@ def pose_observables(setup: CapsuleSetup, pose: ChainPose) -> dict[str, Any]:
 
 
 def observed_on_a_line(
-    setup: CapsuleSetup, place: Any, velocity: Any, slid: Any, slid_rate: Any
+    setup: CapsuleSetup, place: Any, velocity: Any, stroke: Any, stroke_rate: Any
 ) -> dict[str, Any]:
-    """Returns the observables of a model that keeps to the line. `place` is the place of C on the
-    line [m], `velocity` its velocity [m/s]; `slid` and `slid_rate` are the slider's, from its
-    start. The model itself fixes the heading and the distance across the line."""
+    """Returns the observables of a model that keeps to the line.
+
+    `place` is the place of C on the line [m], `velocity` its velocity [m/s]. `stroke` is the
+    slider's way in the body from its start [m], `stroke_rate` its rate [m/s]. The model itself
+    fixes the heading and the distance across the line.
+    """
     if not setup.in_plane:
         names = ("displacement", "velocity", "stroke", "stroke_rate")
-        return dict(zip(names, (place, velocity, slid, slid_rate), strict=True))
+        return dict(zip(names, (place, velocity, stroke, stroke_rate), strict=True))
     x = math.cos(setup.direction)
     y = math.sin(setup.direction)
     places = {"x": x * place, "y": y * place}

@@ -196,9 +196,9 @@ def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
     if "support" in changes and "direction" in changes:
         direction = changes["direction"]
         raise ParameterError("direction", direction, "left out where support is given")
-    for chosen, other in (("support", "direction"), ("direction", "support")):
-        if chosen in changes:
-            parameters = {name: value for name, value in parameters.items() if name != other}
+    for changed, replaced_name in (("support", "direction"), ("direction", "support")):
+        if changed in changes:
+            parameters = {n: v for n, v in parameters.items() if n != replaced_name}
     return replaced(parameters, changes)
 
 

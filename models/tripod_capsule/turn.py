@@ -91,18 +91,18 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     turns = problem.motion
     single = turns.single
     turn = turns.manoeuvre
-    stop = np.array([2.0 * turn.half_time])
-    rest = np.array([single.rest_time])
-    at_stop = single.at(stop)
+    stop_time = np.array([2.0 * turn.half_time])
+    rest_time = np.array([single.rest_time])
+    at_stop = single.at(stop_time)
     rates_by_formula = turn.rates_at_stop
     lowest_forces, _ = lowest_normal_forces(turn.capsule, turn.path.track())
     return {
         "body_angle": float(at_stop.heading[0]),
-        "body_angle_at_rest": float(single.at(rest).heading[0]),
+        "body_angle_at_rest": float(single.at(rest_time).heading[0]),
         "body_angle_formula": turn.body_angle,
         "body_angle_corrected": float(turn.corrected_pose[2]),
         "body_angle_corrected_at_rest": float(turn.corrected_pose_at_rest[2]),
-        "stop_time": float(stop[0]),
+        "stop_time": float(stop_time[0]),
         "angular_velocity_at_stop": float(at_stop.angular_velocity[0]),
         "angular_velocity_at_stop_formula": float(rates_by_formula[2]),
         "speed_at_stop": math.hypot(*at_stop.velocity[0]),

@@ -53,16 +53,20 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
 )
 from plumbob.analytic.errors.sliding_motion.plane_steps import trajectory
 from plumbob.analytic.errors.sliding_motion.sliding_errors import MOST_PLANE_STEPS
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, load_fractions, normal_forces
+from plumbob.analytic.systems.capsule import (
+    UNIT_POSITIONS,
+    Capsule,
+    load_fractions,
+    normal_forces,
+)
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.three_points.equations import ComplexForces
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 
 LAST_STEPS = 2.5  # steps for which a body drifts on after its stop, with Euler and with RK4
 DRIVE_ROUNDINGS = 16  # roundings of the force that drives the slider's joint
-# Positions of the slider [m] at C, and 1 m along x and y, by which affine loads are known.
-LOAD_POSITIONS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True)
@@ -271,17 +275,17 @@ def _load_fractions(capsule: Capsule) -> tuple[Array, ComplexForces]:
     """Returns the fraction of a load at C on each support, and the gradients of the fractions.
 
     The gradients are complex numbers [1/m]; both results have the shape (3,). The fractions are
-    linear in the place of the load. LOAD_POSITIONS are C and the places 1 m ahead and aside: the
+    linear in the place of the load. UNIT_POSITIONS are C and the places 1 m ahead and aside: the
     gradients are differences between them.
     """
-    central, ahead, aside = load_fractions(capsule, LOAD_POSITIONS)
+    central, ahead, aside = load_fractions(capsule, UNIT_POSITIONS)
     return central, ahead - central + 1j * (aside - central)
 
 
 def _quasi_static(motion: SampledMotion, compliance: float) -> QuasiStatic:
     """Returns the deflections of contacts of a `compliance` [m/N] under static loads."""
     central_depths, depths_x, depths_y = -compliance * normal_forces(
-        motion.capsule, LOAD_POSITIONS
+        motion.capsule, UNIT_POSITIONS
     )
     slopes = np.array([depths_x - central_depths, depths_y - central_depths]).T
     central, gradients = _load_fractions(motion.capsule)

@@ -33,16 +33,13 @@ from plumbob.analytic.reference import Array
 # If the energy above a saddle is less than this fraction of the potential, the cubic is written
 # with that energy as a factor: its roots nearly coincide, and would lose their digits.
 _NEAR_SADDLE = 1e-10
-_REST_PHASE = (
-    20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
-)
+# A t after which a motion on a separatrix is at rest at the saddle, in double
+_REST_PHASE = 20.0
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
-_ANGLE_ROUNDING = (
-    1e-15  # relative distance by which rounding moves an angle past a turning point
-)
-ACTION_SAMPLES = (
-    1024  # samples for the action: half of them cover 100 time constants of a saddle
-)
+# relative distance by which rounding moves an angle past a turning point
+_ANGLE_ROUNDING = 1e-15
+# samples for the action: half of them cover 100 time constants of a saddle
+ACTION_SAMPLES = 1024
 # samples in a period: the motion turns back at most once between two of them
 TURNING_SAMPLES = 65
 
@@ -228,15 +225,17 @@ class EllipticMotion:
         even = t.r * push
         bend = speed * t.bend
         y = 2 * centred * centred - self._a0_a4 / 2 * t.r2
-        x = even - odd
-        x_rate = lift - bend  # r^2 times the derivative of the numerator
-        y_rate_times_x = 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h)
         # w is x/y, and also u/v. If w is infinite at the time -t, both x and y vanish at t, and
-        # u/v has to be used.
+        # u/v has to be used. The last numbers are y x' - x y' and v u' - u v'.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
         v = even + odd
         return _from_larger(
-            (x, y, y * x_rate - y_rate_times_x),
+            (
+                even - odd,
+                y,
+                y * (lift - bend)
+                - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h),
+            ),
             (u, v, -2 * a4 * t.moving * v - u * (lift + bend)),
         )
 

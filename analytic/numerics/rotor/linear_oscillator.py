@@ -27,8 +27,8 @@ def linear_motion(
     not negative.
     """
     rate = math.sqrt(abs(rotor.stiffness)) + rotor.damping_rate + abs(rotor.forcing_frequency)
-    longest = float(np.max(times, initial=0.0))
-    doublings = max(0, math.ceil(math.log2(8 * rate * longest or 1.0)))
+    largest_phase = rate * float(np.max(times, initial=0.0))
+    doublings = max(0, math.ceil(math.log2(8 * largest_phase or 1.0)))
     push = rotor.forcing_amplitude
     phase = quad(rotor.forcing_phase)
     start = np.array([quad(theta), quad(theta_dot), push * np.sin(phase), push * np.cos(phase)])
@@ -45,8 +45,8 @@ def linear_motion(
     for _ in range(doublings):
         flow[:2] = _product(flow[:2], flow)
         flow[2:, 2:] = _product(flow[2:, 2:], flow[2:, 2:])
-    x, v = double(_product(flow[:2], start)).reshape(2, *np.shape(times))
-    return x, v
+    state = double(_product(flow[:2], start)).reshape(2, *np.shape(times))
+    return state[0], state[1]
 
 
 def _matrix(rotor: DrivenRotor) -> Array:

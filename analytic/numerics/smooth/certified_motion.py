@@ -201,10 +201,8 @@ def _extended_track(
     size = np.maximum(track.size, np.abs(states).max(axis=0))
     differences = np.concatenate([track.difference[None], np.abs(responses[..., -1])])
     differences = np.maximum.accumulate(differences)[1:]
-    input_rounding = ULP * _condition(system, times, states, responses, size)
-    doubts = differences + spread + input_rounding
-    allowed = CERTIFIED_UNCERTAINTY * _scales(size, _rate(block))
-    uncertain = ~np.all(doubts <= allowed, axis=1)
+    doubts = differences + spread + ULP * _condition(system, times, states, responses, size)
+    uncertain = ~np.all(doubts <= CERTIFIED_UNCERTAINTY * _scales(size, _rate(block)), axis=1)
     until = block.orbit.duration if why else track.until
     if uncertain.any():
         until = float(times[uncertain.argmax()])

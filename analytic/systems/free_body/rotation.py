@@ -174,13 +174,16 @@ def _constants_for(
     amplitudes = np.array([alpha, beta, beta]) / np.sqrt(np.array([d_co, d_cm, d_co]))
     a = alpha * np.sqrt(d_cm)
     b = np.sqrt(d_co * abs(kappa))
-    part = amplitudes[0] / body.magnitude
+    c_part = amplitudes[0] / body.magnitude
     o_part = amplitudes[2] / body.magnitude
     extra = (1 if c == high else -1) * beta * beta / body.magnitude
     side, signs = _signs(body, axes, high)
-    # sn and cn of A tau at time 0
-    sn = signs[0] * body.momentum[middle] / amplitudes[1]
-    cn = abs(body.momentum[o]) / amplitudes[2]
+    start_time = time_of_point(
+        signs[0] * body.momentum[middle] / amplitudes[1],  # sn of A tau at time 0
+        abs(body.momentum[o]) / amplitudes[2],  # cn of A tau at time 0
+        a,
+        b,
+    )
     return RotationConstants(
         axes=axes,
         side=side,
@@ -189,10 +192,10 @@ def _constants_for(
         a=a,
         b=b,
         half_turn=half_turn(a, b),
-        start_time=float(time_of_point(sn, cn, a, b)),
-        base_rate=body.magnitude / body.inertia[c] + extra / (1 + part),
+        start_time=float(start_time),
+        base_rate=body.magnitude / body.inertia[c] + extra / (1 + c_part),
         extra=extra,
-        integral=ReciprocalIntegral(a, b, part, o_part**2 / (1 + part)),
+        integral=ReciprocalIntegral(a, b, c_part, o_part**2 / (1 + c_part)),
     )
 
 

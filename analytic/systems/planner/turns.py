@@ -122,8 +122,8 @@ def estimate_choices(
     fewest = math.ceil(heading / (HEADING_MARGIN * circle.heading_gain(turns[-1].heading)))
     most = min(fewest + EXTRA_COUNTS, track.limits.manoeuvres)
     for count in range(fewest, most + 1):
-        swing, shift, turn_time = _interpolate_turn(turns, circle, heading / count)
-        time = count * turn_time
+        swing, shift, time = _interpolate_turn(turns, circle, heading / count)
+        time *= count
         # From turn to turn the shift of C rotates with the body, and with the slider's place.
         rotation = -heading / count
         if circle.extent is None:

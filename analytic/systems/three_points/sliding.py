@@ -26,7 +26,9 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.equations import (
     TIME_CLOCK,
     Clock,
+    ComplexForces,
     Configuration,
+    Mechanics,
     sliding_rates,
     support_velocities,
 )
@@ -228,11 +230,7 @@ def _continuation_plan(
     start = state.row[None, :]
     omega = np.array([state.omega])
     velocities = support_velocities(terms, np.array([state.velocity]), omega)[0]
-    state_rates = sliding_rates(body, terms, start, with_derivatives=False)[0][0]
-    centre_rate = complex(state_rates[0], state_rates[1])
-    turning = 1j * state_rates[2] * terms.arms[0]
-    moving_arms = 1j * state.omega * body.mass_ratio * terms.velocity[0]
-    support_accelerations = centre_rate + turning - moving_arms
+    support_accelerations = _support_accelerations(body, terms, state)
     speeds = np.abs(velocities)
     slowing = np.abs(support_accelerations)
     time_scale = interval.piece.duration - state.time
@@ -262,6 +260,18 @@ def _continuation_plan(
         slowing=float(slowing.max()),
         guess=guess,
     )
+
+
+def _support_accelerations(
+    body: Mechanics, terms: Configuration, state: SegmentState
+) -> ComplexForces:
+    """Returns dv_i/dt of the supports in body axes [m/s^2], shape (3,), while every support
+    slides."""
+    rates = sliding_rates(body, terms, state.row[None, :], with_derivatives=False)[0][0]
+    centre_rate = complex(rates[0], rates[1])
+    turning = 1j * rates[2] * terms.arms[0]
+    moving_arms = 1j * state.omega * body.mass_ratio * terms.velocity[0]
+    return np.asarray(centre_rate + turning - moving_arms)
 
 
 def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
