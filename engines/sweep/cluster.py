@@ -11,7 +11,7 @@ from plumbob.engines.study.provenance import provenance
 from plumbob.models.extras import install_command
 
 SCHEDULER_WAIT = 10.0  # [s] longest wait for a scheduler's answer, and for its first worker
-UNLIKE = ("plotly",)  # packages whose versions do not change results
+WITHOUT_EFFECT = ("plotly",)  # packages whose versions do not change results
 
 
 @contextmanager
@@ -37,7 +37,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
             raise ParameterError(
                 "scheduler", address, "one with a worker; it has none"
             ) from None
-        _of_these_versions(address, client.run(versions))
+        _require_same_versions(address, client.run(versions))
         # The scheduler repeats a task whose worker has ended.
         yield client.get_executor(pure=False, retries=2), sum(client.nthreads().values())
 
@@ -45,13 +45,14 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
 def versions() -> Mapping[str, str]:
     """The versions of this process on which results depend, by package."""
     installed = provenance("").versions
-    return {name: version for name, version in installed.items() if name not in UNLIKE}
+    return {name: version for name, version in installed.items() if name not in WITHOUT_EFFECT}
 
 
-def _of_these_versions(address: str, workers: Mapping[str, Mapping[str, str]]) -> None:
+def _require_same_versions(address: str, workers: Mapping[str, Mapping[str, str]]) -> None:
     """Raises ParameterError if a worker has other versions than this process, and names them."""
     for name, version in versions().items():
-        there = [theirs.get(name, "missing") for theirs in workers.values()]
-        if other := sorted({*there} - {version}):
-            wanted = f"one whose workers have {name} {version}, as here, not {', '.join(other)}"
+        worker_versions = {installed.get(name, "missing") for installed in workers.values()}
+        others = ", ".join(sorted(worker_versions - {version}))
+        if others:
+            wanted = f"one whose workers have {name} {version}, as here, not {others}"
             raise ParameterError("scheduler", address, wanted)

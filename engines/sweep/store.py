@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from sqlite3 import Connection
 
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import key_of
@@ -17,26 +18,35 @@ FILE = "sweeps.sqlite3"  # name of the file in a folder of results
 REQUEST = "sweep"  # key of the row with the sweep that was asked for
 
 
-def key_of_sweep(asked: Sweep) -> str:
+def key_of_sweep(request: Sweep) -> str:
     """The key of a sweep: a hash of everything on which its results depend."""
-    return key_of("sweep", asked, [versions_of(method) for method in asked.methods])
+    versions = [versions_of(method) for method in request.methods]
+    return key_of("sweep", request, versions)
 
 
 @contextmanager
-def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Keep]]:
+def keeping(file: Path, request: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Keep]]:
     """The stored chunks of a sweep by number, and a function that stores another chunk before it
     returns. Raises ParameterError if the file is no store."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
-        number, _ = store.study_number(opened, key_of_sweep(asked))
-        there = store.stored_results(opened, number, map(str, range(asked.chunks)), Chunk)
-        if not store.stored_results(opened, number, (REQUEST,), Sweep):
-            store.keep(opened, number, {REQUEST: asked})
+        study, _ = store.study_number(opened, key_of_sweep(request))
+        stored_chunks = _stored_chunks(opened, study, request)
+        if not store.stored_results(opened, study, (REQUEST,), Sweep):
+            store.keep(opened, study, {REQUEST: request})
 
-        def keep(chunk: int, found: Chunk) -> None:
-            store.keep(opened, number, {str(chunk): found})
+        def keep(number: int, chunk: Chunk) -> None:
+            """Stores the chunk with this number."""
+            store.keep(opened, study, {str(number): chunk})
 
-        yield {int(key): chunk for key, chunk in there.items()}, keep
+        yield stored_chunks, keep
+
+
+def _stored_chunks(opened: Connection, study: int, request: Sweep) -> Mapping[int, Chunk]:
+    """The stored chunks of a sweep, which has a number of its own in an open store, by number."""
+    keys = map(str, range(request.chunks))
+    chunks = store.stored_results(opened, study, keys, Chunk)
+    return {int(key): chunk for key, chunk in chunks.items()}
 
 
 def stored_sweeps(file: Path) -> list[Swept]:
@@ -45,18 +55,17 @@ def stored_sweeps(file: Path) -> list[Swept]:
     is no store."""
     sweeps = []
     with reading_connection(file) as opened:
-        for number in store.numbers_with(opened, REQUEST):
-            for asked in store.stored_results(opened, number, (REQUEST,), Sweep).values():
-                keys = map(str, range(asked.chunks))
-                chunks = store.stored_results(opened, number, keys, Chunk)
-                by_number = {int(key): chunk for key, chunk in chunks.items()}
-                sweeps.append(assembled_sweep(asked, by_number))
+        for study in store.numbers_with(opened, REQUEST):
+            for request in store.stored_results(opened, study, (REQUEST,), Sweep).values():
+                chunks = _stored_chunks(opened, study, request)
+                sweeps.append(assembled_sweep(request, chunks))
     return sweeps
 
 
-def keep_worst(file: Path, found: Found) -> None:
+def keep_worst(file: Path, worst: Found) -> None:
     """Stores the result of a search; it replaces an earlier result of the same search."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
-        key = key_of("worst", found.box, found.method, found.step, found.runs)
-        store.keep(opened, store.study_number(opened, key)[0], {"worst": found})
+        key = key_of("worst", worst.box, worst.method, worst.step, worst.runs)
+        study, _ = store.study_number(opened, key)
+        store.keep(opened, study, {"worst": worst})
