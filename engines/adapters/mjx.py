@@ -120,6 +120,7 @@ def _controlled_loop() -> Callable[[Any, Any, Array, int], Any]:
     from mujoco import mjx
 
     def steps(model: Any, data: Any, controls: Any, count: Any) -> Any:
+        """The data after `count` steps, each under its row of controls."""
         return jax.lax.fori_loop(
             0, count, lambda n, data: mjx.step(model, data.replace(ctrl=controls[n])), data
         )

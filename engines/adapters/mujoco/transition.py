@@ -91,6 +91,8 @@ class Sides:
         sizes = [model.nv, model.nv, model.na]
 
         def observe(place: float, rate: float, run: MujocoSimulation = here) -> Signals:
+            """The observables of the end, moved along its tangent by two amounts, as `run` reads
+            them."""
             end = shifted(model, state, along * np.repeat([place, rate, 0.0], sizes))[None]
             qpos, qvel, _ = np.split(end, (model.nq, model.nq + model.nv), axis=1)
             return run.translation.observed(qpos, qvel)[0]
