@@ -89,6 +89,7 @@ def guarded(added: Addition) -> Engine:
     engine: Engine = added.found
 
     def prepare(case: Case, method: Method, step: float) -> Simulation:
+        """Prepares a scene; raises Unsupported if the engine raises, or prepares no simulation."""
         simulation = _asked(added, "prepare", lambda: engine.prepare(case, method, step))
         for part in ("run", "stepped"):
             if not callable(getattr(simulation, part, None)):
@@ -111,6 +112,7 @@ def _asked(added: Addition, what: str, ask: Callable[[], Any]) -> Any:
     Unsupported, with the name of the package and of the function, `what`."""
 
     def unsupported(line: str) -> Unsupported:
+        """The error for an exception of the function, given as one line."""
         return Unsupported(f"{added.package}: {what} raises {line}")
 
     with border(unsupported, Unsupported, ParameterError), captured():

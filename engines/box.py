@@ -48,7 +48,7 @@ class Side:
 
     def values(self, count: int) -> Array:
         """Returns `count` values from the low to the high end, shape (count,)."""
-        return np.array([self.at(k / max(count - 1, 1)) for k in range(count)])
+        return np.array([self.at(number / max(count - 1, 1)) for number in range(count)])
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,10 @@ class Box:
 
     def parameters(self, place: Sequence[float]) -> Mapping[str, Any]:
         """The changed parameters at a place of the box: a fraction of each side, shape (sides,)."""
-        varied = {s.name: s.at(x) for s, x in zip(self.sides, place, strict=True)}
+        varied = {
+            side.name: side.at(fraction)
+            for side, fraction in zip(self.sides, place, strict=True)
+        }
         return {**dict(self.changes), **varied}
 
     def case(self, place: Sequence[float]) -> Case:
@@ -94,19 +97,18 @@ def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:
     """The box of a scene with these changes and sides. Raises ParameterError if a scene or a name
     is unknown, a varied parameter is not a single number, or a side is given twice or also
     changed."""
-    found = find_scene(scene, changes)
-    known({side.name: side.low for side in sides}, system_of(found).parameters)
-    for k, side in enumerate(sides):
-        if side.name in changes:
-            raise ParameterError("set", side.name, "a parameter that is not varied")
-        if side.name in [other.name for other in sides[:k]]:
-            raise ParameterError("vary", side.name, "given once")
-        usual = found.parameters.get(side.name, side.low)
+    changed_scene = find_scene(scene, changes)
+    known({side.name: side.low for side in sides}, system_of(changed_scene).parameters)
+    names = [side.name for side in sides]
+    for number, name in enumerate(names):
+        if name in changes:
+            raise ParameterError("set", name, "a parameter that is not varied")
+        if name in names[:number]:
+            raise ParameterError("vary", name, "given once")
+        usual = changed_scene.parameters.get(name, sides[number].low)
         if isinstance(usual, bool) or not isinstance(usual, (int, float)):
-            raise ParameterError(
-                "vary", side.name, f"a parameter with one number, not {usual!r}"
-            )
-    return Box(found.name, tuple(changes.items()), tuple(sides))
+            raise ParameterError("vary", name, f"a parameter with one number, not {usual!r}")
+    return Box(changed_scene.name, tuple(changes.items()), tuple(sides))
 
 
 def _between(low: float, high: float, fraction: float) -> float:

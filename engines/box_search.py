@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array, NoAnswer
 from plumbob.engines.method import Unsupported
 
 MAX_SEARCH_RUNS = 1_000_000  # largest budget: the search keeps every run in memory
-# fraction of the runs that look everywhere in the box, not near the best place
+# Fraction of the runs that look everywhere in the box, and not only near the best place
 WIDE_FRACTION = 0.7
 
 
@@ -38,7 +38,7 @@ def lowest(
     sides: int,
     budget: int,
     failed: float,
-    progress: Callable[[int, float], None] = lambda made, best: None,
+    progress: Callable[[int, float], None] = lambda runs, best: None,
     first: Sequence[Sequence[float]] = (),
 ) -> Searched:
     """The place with the smallest `cost` that at most `budget` runs find; the `first` places are
@@ -48,31 +48,33 @@ def lowest(
 
     if budget > MAX_SEARCH_RUNS:
         raise ParameterError("budget", budget, f"at most {MAX_SEARCH_RUNS} runs")
-    tried: list[tuple[float, tuple[float, ...]]] = []
+    tried: list[tuple[float, tuple[float, ...]]] = []  # costs with their places
     without, why = 0, ""
 
     def run(place: Array) -> float:
+        """The cost at a place, which is moved into the box; `failed` if it has none. Raises _Spent
+        if no run is left."""
         nonlocal without, why
-        if len(tried) + without >= most:
+        if len(tried) + without >= allowed_runs:
             raise _Spent
-        at = tuple(float(x) for x in np.clip(place, 0.0, 1.0))
+        fractions = tuple(np.clip(place, 0.0, 1.0).tolist())
         try:
-            value = cost(at)
+            value = cost(fractions)
         except (NoAnswer, Unsupported) as reason:
             without = without + 1
             why = str(reason)
             return failed
-        tried.append((value, at))
+        tried.append((value, fractions))
         progress(len(tried) + without, min(tried)[0])
         return value
 
     bounds = Bounds(np.zeros(sides), np.ones(sides))
-    most = max(int(WIDE_FRACTION * budget), 1)
+    allowed_runs = max(int(WIDE_FRACTION * budget), 1)
     with suppress(_Spent):
         for place in first:
             run(np.array(place))
         direct(run, bounds, maxfun=10 * budget, maxiter=budget, vol_tol=0.0)
-    most = budget
+    allowed_runs = budget
     if not tried:
         return Searched(None, failed, without, without, why)
     start = np.array(min(tried)[1])

@@ -23,6 +23,7 @@ def integrated(
     until = last
 
     def watch(reached: float) -> None:
+        """Reports the time reached [s]; raises _OutOfTime if the budget is spent."""
         nonlocal until
         spent = time.process_time() - begin
         if spent > seconds:

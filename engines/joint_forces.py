@@ -51,6 +51,7 @@ def actuator_force(joint: Joint, actuators: Sequence[Actuator]) -> JointForce:
     low, high = ends(limits)
 
     def force(q: float, rate: float, controls: Sequence[float]) -> float:
+        """The sum of the forces, clamped to the joint's range."""
         total = sum(exerted(q, rate, controls) for exerted in forces)
         return min(max(total, low), high)
 
@@ -69,6 +70,7 @@ def _force(actuator: Actuator) -> JointForce:
     least, most = ends(actuator.control_range)
 
     def force(q: float, rate: float, controls: Sequence[float]) -> float:
+        """The force of the actuator times its gear."""
         clamped_control = min(max(controls[control], least), most)
         unclamped = gain * clamped_control + constant + bias_per_coordinate * q
         unclamped += bias_per_velocity * rate

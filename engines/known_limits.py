@@ -102,6 +102,7 @@ def declared_by(engine: Engine) -> Limits:
 
 @cache
 def _ours(name: str) -> Limits:
+    """The limits of one of plumbob's engines, by its name."""
     file = FOLDER / f"{name}.toml"
     return read_limits(file) if file.is_file() else Limits()
 

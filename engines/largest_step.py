@@ -18,8 +18,8 @@ def bracket(
 ) -> tuple[int | None, int | None]:
     """Returns the largest number that holds, with the numbers tried below it, and the next number,
     which does not hold. The first is None if no number from `low` to `high` holds, the second if
-    all do. The search begins at `first`. It looks at multiples of `every` before it halves the last
-    gap; `first`, `low` and `high` are such multiples."""
+    all do. The search begins at the number `first`, and looks at multiples of `every` before it
+    halves the last gap; `first`, `low` and `high` are such multiples."""
     held, failed = _wide_bracket(holds, first, low, high, every)
     if held is None:
         return None, failed
@@ -36,7 +36,9 @@ def bracket(
 def _narrow_bracket(
     holds: Holds[int], held: int, failed: int | None, gap: int
 ) -> tuple[int, int | None]:
-    """Returns the two numbers after their distance is halved down to a `gap`."""
+    """Returns a number that holds and a larger number that does not, a `gap` apart, from two such
+    numbers, `held` and `failed`. If no number fails, `failed` is None, and both are returned as
+    they are."""
 
     def middle(held: int, failed: int) -> int | None:
         """Returns the multiple of the gap halfway between two numbers; None if their distance is a
@@ -49,7 +51,8 @@ def _narrow_bracket(
 def _wide_bracket(
     holds: Holds[int], first: int, low: int, high: int, stride: int
 ) -> tuple[int | None, int | None]:
-    """Returns two numbers, the smaller of which holds, by ever wider strides from `first`."""
+    """Returns a number that holds and a larger number that does not, by ever wider strides from
+    `first`. One of them is None if all numbers up to `high` hold, or none down to `low`."""
     up = holds(first)
     last = first
     end = high if up else low

@@ -142,12 +142,12 @@ class HeldContacts:
     friction would hold them."""
 
     velocity: float  # [m/s or rad/s] the largest generalised velocity of the state
-    depth: float  # [m] of the deepest contact; 0 if there is none
+    depth: float  # [m] depth of the deepest contact; 0 if there is none
     deepest_geoms: str  # names of the two geoms of the deepest contact
-    softness: Mapping[str, str]  # {setting of the model that makes the depth: its value}
-    drift: float  # [m/s] slip of the fastest contact; 0 if there is none
-    drifting_geoms: str  # names of the two geoms of the fastest contact
-    regularisation: Mapping[str, str]  # {setting of the model that makes the drift: its value}
+    softness: Mapping[str, str]  # {setting on which the depth depends: its value in the model}
+    drift: float  # [m/s] slip of the contact that slips fastest; 0 if there is none
+    drifting_geoms: str  # names of the two geoms of the contact that slips fastest
+    regularisation: Mapping[str, str]  # {setting on which the drift depends: its value}
 
 
 @dataclass(frozen=True)

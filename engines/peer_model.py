@@ -106,27 +106,27 @@ class FreeJointFrame:
 
     def jacobian(self, attitude: Array) -> Array:
         """The matrix T with which the engine's velocity is T times MuJoCo's, shape (6, 6)."""
-        turned = rotation(attitude)
+        turn = rotation(attitude)
         linear = slice(0, 3)
         angular = slice(3, 6)
         if not self.linear_first:
             linear, angular = angular, linear
-        out = np.zeros((6, 6))
-        out[linear, :3] = turned.T if self.linear_in_body else np.eye(3)
-        out[linear, 3:] = turned @ np.cross(self.arm, np.eye(3))
-        out[angular, 3:] = np.eye(3) if self.angular_in_body else turned
-        return out
+        jacobian = np.zeros((6, 6))
+        jacobian[linear, :3] = turn.T if self.linear_in_body else np.eye(3)
+        jacobian[linear, 3:] = turn @ np.cross(self.arm, np.eye(3))
+        jacobian[angular, 3:] = np.eye(3) if self.angular_in_body else turn
+        return jacobian
 
     def turning(self, attitude: Array, v: Array) -> Array:
-        """The rate of the matrix T of `jacobian`, times MuJoCo's velocity, shape (6,). If it is not
-        zero, the engine's linear velocity stands first."""
-        out = np.zeros(FREE_VELOCITIES)
+        """The rate of the matrix T of `jacobian`, times MuJoCo's velocity, shape (6,). `v` is the
+        engine's velocity. If the result is not zero, the linear velocity stands first in it."""
+        rate = np.zeros(FREE_VELOCITIES)
         spin = v[3:]
         if self.linear_in_body:
-            out[:3] = -np.cross(spin, v[:3])
+            rate[:3] = -np.cross(spin, v[:3])
         elif any(self.arm):
-            out[:3] = np.cross(spin, np.cross(spin, rotation(attitude) @ self.arm))
-        return out
+            rate[:3] = np.cross(spin, np.cross(spin, rotation(attitude) @ self.arm))
+        return rate
 
 
 class EngineModel(Protocol):
@@ -143,6 +143,32 @@ class EngineModel(Protocol):
         and velocities at the end."""
 
 
+@dataclass(frozen=True)
+class EngineJoint:
+    """A hinge, a slide or a free joint in an engine, and the numbers at which its coordinates and
+    its velocities begin there."""
+
+    position: int
+    velocity: int
+    name: str = ""
+    frame: FreeJointFrame | None = None  # coordinates of a free joint; None for other joints
+
+
+@dataclass(frozen=True)
+class FreeJoint:
+    """A free joint in MuJoCo and in an engine."""
+
+    joint: ModelJoint
+    frame: FreeJointFrame
+    positions: slice  # the engine's coordinates
+    velocities: slice  # the engine's velocities
+
+    def attitude(self, qpos: Array) -> Array:
+        """The normalised quaternion [w, x, y, z] in a state of MuJoCo."""
+        attitude = qpos[self.joint.position + 3 : self.joint.position + 7]
+        return np.asarray(attitude / np.linalg.norm(attitude))
+
+
 class Translated:
     """A `PeerModel` of an `EngineModel`: translates coordinates of hinges and slides by the names
     of joints, and coordinates of free joints by a `FreeJointFrame`."""
@@ -153,53 +179,47 @@ class Translated:
         self,
         engine: EngineModel,
         layout: Layout,
-        hinges: Sequence[tuple[str, tuple[int, int]]],
-        free: Sequence[tuple[int, int, FreeJointFrame]] = (),
+        joints: Sequence[EngineJoint],
         displaced: bool = False,
     ) -> None:
-        """`hinges` are the hinges and slides in the order of the file: the name of each joint, and
-        the numbers of its coordinate and velocity in the engine. `free` are the free joints: the
-        numbers at which their coordinates and velocities begin in the engine, and their frames. If
-        `displaced`, the engine's coordinates are zero as the file draws the model, where MuJoCo's
-        are the joint's `ref`. Raises NotRead."""
+        """`joints` are the engine's joints in the order of the file. If `displaced`, the engine's
+        coordinates are zero as the file draws the model, where MuJoCo's are the joint's `ref`.
+        Raises MechanismDiffers."""
         self.engine = engine
-        joints = layout.joints
         self.velocity = layout.velocity
-        if any(joint.size == BALL_VELOCITIES for joint in joints):
+        if any(joint.size == BALL_VELOCITIES for joint in layout.joints):
             raise MechanismDiffers("ball joints are not compared")
-        counts = len(hinges) + FREE_VELOCITIES * len(free), sum(joint.size for joint in joints)
-        scalar = [joint for joint in joints if joint.size == 1]
-        if counts[0] != counts[1] or len(scalar) != len(hinges):
-            raise MechanismDiffers(f"it has {counts[0]} of {counts[1]} degrees of freedom")
-        places = dict(hinges)
-        known = {joint.name for joint in scalar} == set(places)
-        theirs = [
-            places[joint.name] if known else at
-            for joint, (_, at) in zip(scalar, hinges, strict=True)
-        ]
-        rows = [
-            [joint.position, joint.velocity, *at]
-            for joint, at in zip(scalar, theirs, strict=True)
-        ]
-        self.hinges = np.array(rows, dtype=int).reshape(-1, 4).T
-        self.drawn = displaced * np.array([joint.reference[0] for joint in scalar])
-        floating = (joint for joint in joints if joint.size == FREE_VELOCITIES)
-        self.free = [(joint, *at) for joint, at in zip(floating, free, strict=True)]
-        self._jacobian = np.eye(counts[1])
+        hinges = [joint for joint in joints if joint.frame is None]
+        free = [joint for joint in joints if joint.frame is not None]
+        degrees = sum(joint.size for joint in layout.joints)
+        engine_degrees = len(hinges) + FREE_VELOCITIES * len(free)
+        model_hinges = [joint for joint in layout.joints if joint.size == 1]
+        if engine_degrees != degrees or len(model_hinges) != len(hinges):
+            raise MechanismDiffers(f"it has {engine_degrees} of {degrees} degrees of freedom")
+        matched = _matched_hinges(model_hinges, hinges)
+        self._jacobian = np.eye(degrees)
+        # Numbers of the coordinates and velocities of hinges, in MuJoCo and in the engine
+        self._positions = np.array([joint.position for joint in model_hinges], int)
+        self._velocities = np.array([joint.velocity for joint in model_hinges], int)
+        self._engine_positions = np.array([hinge.position for hinge in matched], int)
+        self._engine_velocities = np.array([hinge.velocity for hinge in matched], int)
+        self._drawn = displaced * np.array([joint.reference[0] for joint in model_hinges])
+        floating = [joint for joint in layout.joints if joint.size == FREE_VELOCITIES]
+        self._free = list(map(_free_joint, floating, free))
 
     def begin(self, state: Array) -> None:
         """Puts the model into a state of MuJoCo."""
-        self.engine.put(*self._own(state))
+        self.engine.put(*self._in_engine(state))
 
     def terms(self, state: Array, control: Array) -> Terms:
         """The terms in MuJoCo's coordinates. The engine's velocity is T v, where v is MuJoCo's, and
         T turns with the body: the mass matrix is T' M_e T, and the bias gains M_e dT/dt v."""
-        q, v = self._own(state)
+        q, v = self._in_engine(state)
         terms = self.engine.terms(q, v, control)
         turning = np.zeros(len(v))
-        for joint, _, at, frame in self.free:
-            at_v = slice(at, at + FREE_VELOCITIES)
-            turning[at_v] = frame.turning(_attitude(joint, state), v[at_v])
+        for free in self._free:
+            attitude = free.attitude(state)
+            turning[free.velocities] = free.frame.turning(attitude, v[free.velocities])
         terms["bias"] = terms["bias"] + terms["mass matrix"] @ turning
         terms["mass matrix"] = self._jacobian.T @ terms["mass matrix"] @ self._jacobian
         forces = ("gravity", "bias", "passive", "actuator")
@@ -211,45 +231,58 @@ class Translated:
         force = np.asarray(np.linalg.solve(self._jacobian.T, force), np.float64)
         q, v = self.engine.advance(control, force, steps)
         qpos = np.empty(self.velocity.start)
-        (ours, _, theirs, _) = self.hinges
-        qpos[ours] = q[theirs] + self.drawn
-        for joint, at, _, frame in self.free:
-            place = frame.place(q[at : at + frame.size])
-            qpos[joint.position : joint.position + 7] = np.concatenate(place)
-        self._jacobian = self._by_velocity(qpos)
+        qpos[self._positions] = q[self._engine_positions] + self._drawn
+        for free in self._free:
+            first = free.joint.position
+            qpos[first : first + 7] = np.concatenate(free.frame.place(q[free.positions]))
+        self._jacobian = self._velocity_jacobian(qpos)
         return np.concatenate([qpos, np.linalg.solve(self._jacobian, v)])
 
-    def _own(self, state: Array) -> tuple[Array, Array]:
+    def _in_engine(self, state: Array) -> tuple[Array, Array]:
         """The engine's coordinates and velocities of a state of MuJoCo."""
-        ours, _, theirs, _ = self.hinges
-        q = np.empty(len(ours) + sum(frame.size for *_, frame in self.free))
-        q[theirs] = state[ours] - self.drawn
-        for joint, at, _, frame in self.free:
-            place = state[joint.position : joint.position + 3]
-            q[at : at + frame.size] = frame.pose(place, _attitude(joint, state))
-        self._jacobian = self._by_velocity(state)
+        count = len(self._positions) + sum(free.frame.size for free in self._free)
+        q = np.empty(count)
+        q[self._engine_positions] = state[self._positions] - self._drawn
+        for free in self._free:
+            place = state[free.joint.position : free.joint.position + 3]
+            q[free.positions] = free.frame.pose(place, free.attitude(state))
+        self._jacobian = self._velocity_jacobian(state)
         return q, self._jacobian @ state[self.velocity]
 
-    def _by_velocity(self, qpos: Array) -> Array:
+    def _velocity_jacobian(self, qpos: Array) -> Array:
         """The matrix T with which the engine's velocity is T times MuJoCo's, shape (nv, nv)."""
-        out = np.zeros_like(self._jacobian)
-        out[self.hinges[3], self.hinges[1]] = 1.0
-        for joint, _, at, frame in self.free:
-            rows = slice(at, at + FREE_VELOCITIES)
-            columns = slice(joint.velocity, joint.velocity + FREE_VELOCITIES)
-            out[rows, columns] = frame.jacobian(_attitude(joint, qpos))
-        return out
+        jacobian = np.zeros_like(self._jacobian)
+        jacobian[self._engine_velocities, self._velocities] = 1.0
+        for free in self._free:
+            first = free.joint.velocity
+            columns = slice(first, first + FREE_VELOCITIES)
+            jacobian[free.velocities, columns] = free.frame.jacobian(free.attitude(qpos))
+        return jacobian
 
 
-def _attitude(joint: ModelJoint, qpos: Array) -> Array:
-    """The normalised quaternion of a free joint [w, x, y, z]."""
-    attitude = qpos[joint.position + 3 : joint.position + 7]
-    return np.asarray(attitude / np.linalg.norm(attitude))
+def _matched_hinges(
+    model_hinges: Sequence[ModelJoint], hinges: Sequence[EngineJoint]
+) -> Sequence[EngineJoint]:
+    """The engine's hinge for each of MuJoCo's: the hinge of its name or, if the names differ, the
+    hinge at its place in the order of the file."""
+    by_name = {hinge.name: hinge for hinge in hinges}
+    names = [joint.name for joint in model_hinges]
+    return [by_name[name] for name in names] if set(names) == set(by_name) else hinges
+
+
+def _free_joint(joint: ModelJoint, engine_joint: EngineJoint) -> FreeJoint:
+    """A free joint of MuJoCo, and the engine's joint for it."""
+    frame = engine_joint.frame
+    assert frame is not None
+    first, first_rate = engine_joint.position, engine_joint.velocity
+    positions = slice(first, first + frame.size)
+    return FreeJoint(joint, frame, positions, slice(first_rate, first_rate + FREE_VELOCITIES))
 
 
 def commands(layout: Layout, names: Sequence[str]) -> list[int]:
-    """The number of MuJoCo's control of each of an engine's actuators. Actuators are matched by
-    name or, if a name is unknown, by their order; the list is empty if their numbers differ."""
+    """The number of MuJoCo's control for each of an engine's actuators. Actuators are matched by
+    their names or, if a name is unknown, by their order. The list is empty if a name is unknown and
+    the engine has another number of actuators."""
     if set(names) <= set(layout.actuators):
         return [layout.actuators.index(name) for name in names]
     return list(range(len(names))) if len(names) == len(layout.actuators) else []

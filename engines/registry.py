@@ -88,14 +88,17 @@ def unguarded(name: str) -> Engine:
 
 
 def _additions() -> Mapping[str, entry_points.Addition]:
+    """The engines of other packages by name, with reasons for those that cannot be used."""
     return entry_points.additions(entry_points.ENGINE_GROUP, _wrong)
 
 
 def _broken(name: str) -> str:
+    """The reason why the engine of another package cannot be used; empty if there is none."""
     return entry_points.broken_requirement(entry_points.ENGINE_GROUP, _wrong, name)
 
 
 def _wrong(engine: object, name: str) -> str:
+    """The reason why an object is no engine of this name; empty if it is one."""
     if name in built_in():
         return f"plumbob has an engine called {name!r} itself"
     return added.wrong(engine, name)

@@ -100,6 +100,7 @@ class _Worker:
         return self._thread.submit(self._answer, do, arguments, limit)
 
     def _answer(self, do: Callable[..., Any], arguments: tuple[Any, ...], limit: float) -> Any:
+        """Sends a task to the process, and returns its result. Runs in the thread."""
         self._task_start = time.monotonic(), _processor_time(self.process.pid)
         try:
             self._pipe.send((do, arguments, limit))
@@ -172,6 +173,7 @@ class Workers(Executor):
         return worker.submit(partial(do, *arguments, **named))
 
     def _living(self) -> list[_Worker]:
+        """The workers whose processes have not ended."""
         self._workers = [worker for worker in self._workers if worker.process.is_alive()]
         return self._workers
 

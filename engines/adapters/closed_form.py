@@ -13,8 +13,8 @@ from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.sampling import MAX_SAMPLES
 from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, Case
 
-# ULP is the finest representable tolerance.
 KINDS = (ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS, ON_PLANE)
+# ULP is the finest representable tolerance.
 METHODS = (
     Method(
         "exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,), kinds=KINDS
@@ -31,6 +31,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         raise Unsupported(f"{case.scene.name} has no closed form")
 
     def follow(duration: float, samples: int) -> Followed:
+        """Evaluates the closed form over a duration [s], whatever the number of samples."""
         times = np.linspace(0.0, duration, MAX_SAMPLES + 1)
         return Followed(times, reference.observe(times), len(times))
 

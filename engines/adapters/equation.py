@@ -63,5 +63,5 @@ class Equation:
             for part in zip(*states, strict=True)
         )
         observables = dict(zip(self.names, positions, strict=True))
-        rest = self.read(positions, rates)
-        return {**observables, **dict(zip(self.rate_names, rates, strict=True)), **rest}
+        observables |= zip(self.rate_names, rates, strict=True)
+        return {**observables, **self.read(positions, rates)}

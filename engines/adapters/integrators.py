@@ -17,7 +17,7 @@ from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.sampling import step_count
 
 Advance = Callable[[Equation, State, int, int, float], State]
-# largest number of iterations of an implicit half step; each divides the change by 2/(h df/dv)
+# Largest number of iterations of an implicit half step; each divides the change by 2/(h df/dv)
 MOST_CORRECTIONS = 100
 
 
@@ -107,6 +107,7 @@ def explicit(tableau: Tableau) -> Advance:
     """The function that takes steps of the explicit Runge-Kutta method of a tableau."""
 
     def advance(equation: Equation, state: State, first: int, last: int, h: float) -> State:
+        """The state after the steps `first` to `last` - 1 of length `h` [s]."""
         for n in range(first, last):
             slopes: list[State] = []
             for node, row in zip(tableau.nodes, tableau.matrix, strict=True):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Signals
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines import sampling
 from plumbob.engines.abilities import (
@@ -162,6 +162,7 @@ def _controlled_loop() -> Callable[[Any, Any, Array, int], Any]:
     from mujoco import mjx
 
     def steps(model: Any, data: Any, controls: Any, count: Any) -> Any:
+        """The data after `count` steps, each under its row of controls."""
         return jax.lax.fori_loop(
             0, count, lambda n, data: mjx.step(model, data.replace(ctrl=controls[n])), data
         )
@@ -205,6 +206,7 @@ def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
     translation, model = ported.compiled(case, method, step)
 
     def build() -> Built:
+        """The scene at its start in a port whose loop is compiled."""
         port = _started(translation, model, _double(method))
         start = port.data
         scene = ported.built(port, translation, step)
@@ -246,7 +248,7 @@ def batch(
     port.take = jax.jit(jax.vmap(_steps, (None, 0, None)))
     with port.precision():
         port.data = jax.tree.map(
-            lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), port.data
+            lambda array: jax.numpy.broadcast_to(array, (worlds, *array.shape)), port.data
         )
     return jax.devices()[0].device_kind, partial(ported.timed, port)
 
@@ -257,20 +259,26 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> ByName
     import jax
 
     cases, apart = nudged(number)
-    sides = tuple(ported.compiled(case, method, step) for case in cases)
-    ported.uncontrolled(sides[1][0])
-    slopes = _slopes(sides[0], sides[2], apart)
-    port = _started(*sides[1], _double(method))
+    low, middle, high = (ported.compiled(case, method, step) for case in cases)
+    translation, _ = middle
+    ported.uncontrolled(translation)
+    slopes = _slopes(low, high, apart)
+    port = _started(*middle, _double(method))
     with port.precision():
         steps = sampling.step_count(number.case.scene.duration, step)
         end = partial(_end, port.numbers, slopes, steps)
-        slope, state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
-    qpos, qvel, by_qpos, by_qvel = (np.array(x, np.float64)[None] for x in (*state, *slope))
-    return moved(
-        lambda q, v: sides[1][0].observed(qpos + q * by_qpos, qvel + v * by_qvel)[0],
-        by_qpos,
-        by_qvel,
-    )
+        end_slopes, end_state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
+    qpos, qvel = (np.array(values, np.float64)[None] for values in end_state)
+    by_qpos, by_qvel = (np.array(values, np.float64)[None] for values in end_slopes)
+
+    def observe(place: float, rate: float) -> Signals:
+        """The observables of the end, moved along its slopes by two amounts."""
+        observables: Signals = translation.observed(
+            qpos + place * by_qpos, qvel + rate * by_qvel
+        )[0]
+        return observables
+
+    return moved(observe, by_qpos, by_qvel)
 
 
 def _slopes(low: Pair, high: Pair, apart: float) -> list[Array]:
@@ -293,9 +301,11 @@ def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> Pair:
     returns the second as it is."""
     import jax
 
-    def changed(x: Any, slope: Array) -> Any:
-        exact = not jax.numpy.issubdtype(x.dtype, jax.numpy.floating)
-        return x if exact else x + amount * slope.astype(x.dtype)
+    def changed(array: Any, slope: Array) -> Any:
+        """An array of floats, moved; an array of integers as it is."""
+        if not jax.numpy.issubdtype(array.dtype, jax.numpy.floating):
+            return array
+        return array + amount * slope.astype(array.dtype)
 
     leaves, structure = jax.tree.flatten(numbers)
     model, start = jax.tree.unflatten(structure, map(changed, leaves, slopes))

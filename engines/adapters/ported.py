@@ -155,6 +155,7 @@ def built(port: Any, translation: Any, step: float) -> Built:
     """A scene at its start in a port, to be advanced in steps of `step` [s]."""
 
     def observed(states: Sequence[tuple[Any, Any]]) -> Any:
+        """The observables and channels of pairs of positions and velocities."""
         qpos, qvel = (np.array(values, float) for values in zip(*states, strict=True))
         return translation.observed(qpos, qvel)
 

@@ -36,15 +36,16 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
             raise ParameterError(
                 "scheduler", address, "one with a worker; it has none"
             ) from None
-        _of_these_versions(address, client.run(result_versions))
+        _require_same_versions(address, client.run(result_versions))
         # The scheduler repeats a task whose worker has ended.
         yield client.get_executor(pure=False, retries=2), sum(client.nthreads().values())
 
 
-def _of_these_versions(address: str, workers: Mapping[str, Mapping[str, str]]) -> None:
+def _require_same_versions(address: str, workers: Mapping[str, Mapping[str, str]]) -> None:
     """Raises ParameterError if a worker has other versions than this process, and names them."""
     for name, version in result_versions().items():
-        there = [theirs.get(name, "missing") for theirs in workers.values()]
-        if other := sorted({*there} - {version}):
-            wanted = f"one whose workers have {name} {version}, as here, not {', '.join(other)}"
+        worker_versions = {installed.get(name, "missing") for installed in workers.values()}
+        others = ", ".join(sorted(worker_versions - {version}))
+        if others:
+            wanted = f"one whose workers have {name} {version}, as here, not {others}"
             raise ParameterError("scheduler", address, wanted)

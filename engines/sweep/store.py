@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from sqlite3 import Connection
 
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import key_of, measured_shard
@@ -19,9 +20,10 @@ FILE = "sweeps.sqlite3"  # name of the file in a folder of results
 REQUEST = "sweep"  # key of the row with the sweep that was asked for
 
 
-def key_of_sweep(asked: Sweep) -> str:
+def key_of_sweep(request: Sweep) -> str:
     """The key of a sweep: a hash of everything on which its results depend."""
-    return key_of("sweep", asked, [versions_of(method) for method in asked.methods])
+    versions = [versions_of(method) for method in request.methods]
+    return key_of("sweep", request, versions)
 
 
 @dataclass(frozen=True)
@@ -30,25 +32,33 @@ class _SweepShard:
 
     folder: Path
     measured: MeasuredShard
-    asked: Sweep  # the whole sweep
+    request: Sweep  # the whole sweep
     chunks: Mapping[str, Chunk]
 
 
 @contextmanager
-def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Keep]]:
+def keeping(file: Path, request: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Keep]]:
     """The stored chunks of a sweep by number, and a function that stores another chunk before it
     returns. Raises ParameterError if the file is no store."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
-        number, _ = store.study_number(opened, key_of_sweep(asked))
-        there = store.stored_results(opened, number, map(str, range(asked.chunks)), Chunk)
-        if not store.stored_results(opened, number, (REQUEST,), Sweep):
-            store.keep(opened, number, {REQUEST: asked})
+        study, _ = store.study_number(opened, key_of_sweep(request))
+        stored_chunks = _stored_chunks(opened, study, request)
+        if not store.stored_results(opened, study, (REQUEST,), Sweep):
+            store.keep(opened, study, {REQUEST: request})
 
-        def keep(chunk: int, found: Chunk) -> None:
-            store.keep(opened, number, {str(chunk): found})
+        def keep(number: int, chunk: Chunk) -> None:
+            """Stores the chunk with this number."""
+            store.keep(opened, study, {str(number): chunk})
 
-        yield {int(key): chunk for key, chunk in there.items()}, keep
+        yield stored_chunks, keep
+
+
+def _stored_chunks(opened: Connection, study: int, request: Sweep) -> Mapping[int, Chunk]:
+    """The stored chunks of a sweep, which has a number of its own in an open store, by number."""
+    keys = map(str, range(request.chunks))
+    chunks = store.stored_results(opened, study, keys, Chunk)
+    return {int(key): chunk for key, chunk in chunks.items()}
 
 
 def stored_sweeps(file: Path) -> list[Swept]:
@@ -57,18 +67,16 @@ def stored_sweeps(file: Path) -> list[Swept]:
     is no store."""
     sweeps = []
     with reading_connection(file) as opened:
-        for number in store.numbers_with(opened, REQUEST):
-            for asked in store.stored_results(opened, number, (REQUEST,), Sweep).values():
-                keys = map(str, range(asked.chunks))
-                chunks = store.stored_results(opened, number, keys, Chunk)
-                by_number = {int(key): chunk for key, chunk in chunks.items()}
-                sweeps.append(assembled_sweep(asked, by_number))
+        for study in store.numbers_with(opened, REQUEST):
+            for request in store.stored_results(opened, study, (REQUEST,), Sweep).values():
+                chunks = _stored_chunks(opened, study, request)
+                sweeps.append(assembled_sweep(request, chunks))
     return sweeps
 
 
-def keep_sweep_shard(file: Path, asked: Sweep, shard: Shard, chunks: Collection[int]) -> None:
+def keep_sweep_shard(file: Path, request: Sweep, shard: Shard, chunks: Collection[int]) -> None:
     """Stores that a shard of a sweep, which consists of these chunks, is measured to its end."""
-    key = key_of_sweep(asked)
+    key = key_of_sweep(request)
     with writing(file) as opened:
         number, _ = store.study_number(opened, key)
         keys = map(str, sorted(chunks))
@@ -80,15 +88,15 @@ def merged_sweep(folders: Sequence[Path], out: Path) -> tuple[Swept, str]:
     `out`. Raises ParameterError if the shards do not make up one sweep."""
     shards = [shard for folder in folders for shard in _sweep_shards(folder)]
     check_shards([(shard.folder, shard.measured) for shard in shards], key_of())
-    asked, key = shards[0].asked, shards[0].measured.plan
+    request, key = shards[0].request, shards[0].measured.plan
     chunks = dict[int, Chunk]()
     for shard in shards:
         chunks |= {int(number): chunk for number, chunk in shard.chunks.items()}
     with writing(out / FILE) as opened:
         number, _ = store.study_number(opened, key)
         by_key = {str(place): chunks[place] for place in sorted(chunks)}
-        store.keep(opened, number, {REQUEST: asked, **by_key})
-    return assembled_sweep(asked, chunks), key
+        store.keep(opened, number, {REQUEST: request, **by_key})
+    return assembled_sweep(request, chunks), key
 
 
 def _sweep_shards(folder: Path) -> list[_SweepShard]:
@@ -97,18 +105,19 @@ def _sweep_shards(folder: Path) -> list[_SweepShard]:
     shards = []
     with reading_connection(folder / FILE) as opened:
         number, measured_shards = store.newest_shards(opened)
-        asked = store.stored_results(opened, number, (REQUEST,), Sweep).get(REQUEST)
+        request = store.stored_results(opened, number, (REQUEST,), Sweep).get(REQUEST)
         for measured in measured_shards:
             chunks = store.stored_results(opened, number, measured.keys, Chunk)
-            if asked is None or len(chunks) < len(measured.keys):
+            if request is None or len(chunks) < len(measured.keys):
                 raise damaged_shard(folder, measured.shard)
-            shards.append(_SweepShard(folder, measured, asked, chunks))
+            shards.append(_SweepShard(folder, measured, request, chunks))
     return shards
 
 
-def keep_worst(file: Path, found: Found) -> None:
+def keep_worst(file: Path, worst: Found) -> None:
     """Stores the result of a search; it replaces an earlier result of the same search."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with writing(file) as opened:
-        key = key_of("worst", found.box, found.method, found.step, found.runs)
-        store.keep(opened, store.study_number(opened, key)[0], {"worst": found})
+        key = key_of("worst", worst.box, worst.method, worst.step, worst.runs)
+        study, _ = store.study_number(opened, key)
+        store.keep(opened, study, {"worst": worst})

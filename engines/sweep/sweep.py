@@ -7,7 +7,8 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 
@@ -53,7 +54,10 @@ class Sweep:
         """The place of a point of the grid in the box: a fraction of each side. The last side runs
         fastest."""
         indices = np.unravel_index(point, self.counts)
-        return tuple(int(k) / max(n - 1, 1) for k, n in zip(indices, self.counts, strict=True))
+        return tuple(
+            int(index) / max(count - 1, 1)
+            for index, count in zip(indices, self.counts, strict=True)
+        )
 
 
 @dataclass(frozen=True)
@@ -78,12 +82,15 @@ class Swept:
     lost: Mapping[int, str] = field(default_factory=dict)  # {chunk: why its worker ended}
 
     def worst(self, method: int, step: int, most: int) -> list[tuple[int, float]]:
-        """At most `most` points with the largest errors of a method and a step, given by their
-        numbers, largest first: (number of the point, error). Diverged runs come first."""
+        """(number of the point, error) of the `most` points with the largest errors of a method and
+        a step, which are given by their numbers; the largest errors, of diverged runs, come first.
+        Points without an error are left out."""
         errors = self.errors[method, step].ravel()
         missing_last = np.where(np.isnan(errors), -1.0, errors)
-        order = np.argsort(-missing_last, kind="stable")[:most]
-        return [(int(k), float(errors[k])) for k in order if not math.isnan(errors[k])]
+        points = np.argsort(-missing_last, kind="stable")[:most].tolist()
+        return [
+            (point, float(errors[point])) for point in points if not math.isnan(errors[point])
+        ]
 
 
 Keep = Callable[[int, Chunk], None]
@@ -102,16 +109,14 @@ def sweep_of(
     tolerances are mixed, or if there are too many points."""
     runnable(box, methods)
     if len({method.control for method in methods}) > 1:
-        raise ParameterError(
-            "method",
-            ", ".join(m.name for m in methods),
-            "all with steps, or all with tolerances",
-        )
-    each = len(methods) * len(steps)
-    if math.prod(counts) * each > MAX_SWEEP_RUNS:
-        most = MAX_SWEEP_RUNS // each
-        raise ParameterError("vary", math.prod(counts), f"at most {most} points in all")
-    chunk = max(min(CHUNK_RUNS // each, math.prod(counts) // shards), 1)
+        names = ", ".join(method.name for method in methods)
+        raise ParameterError("method", names, "all with steps, or all with tolerances")
+    runs_per_point = len(methods) * len(steps)
+    points = math.prod(counts)
+    if points * runs_per_point > MAX_SWEEP_RUNS:
+        most = MAX_SWEEP_RUNS // runs_per_point
+        raise ParameterError("vary", points, f"at most {most} points in all")
+    chunk = max(min(CHUNK_RUNS // runs_per_point, points // shards), 1)
     return Sweep(box, tuple(counts), tuple(methods), tuple(steps), chunk)
 
 
@@ -131,86 +136,81 @@ def runnable(box: Box, methods: Sequence[Method]) -> None:
 
 
 def sweep(
-    asked: Sweep,
-    there: Mapping[int, Chunk],
+    request: Sweep,
+    stored: Mapping[int, Chunk],
     keep: Keep,
     jobs: int = 1,
     executor: Executor | None = None,
-    progress: SweepProgress = lambda done, of: None,
-    chunks: Collection[int] | None = None,
+    progress: SweepProgress = lambda done, points: None,
+    numbers: Collection[int] | None = None,
 ) -> Swept:
-    """Runs the chunks of a sweep that are not among the stored ones, `there`, in `jobs` processes
-    or by `executor`; of all chunks, only those with the numbers `chunks` if they are given. Each
-    chunk is given to `keep` when it is done. A chunk whose worker ends twice is lost. Raises
-    ParameterError if all chunks are run and no point has an error."""
-    errors = np.full((len(asked.methods), len(asked.steps), asked.points), math.nan)
-    reasons: Counter[str] = Counter()
+    """Runs the chunks of a sweep that are not `stored`, by number, in `jobs` processes or by
+    `executor`; of all chunks, only those with the `numbers` if they are given. Each chunk is given
+    to `keep` when it is done. A chunk whose worker ends twice is lost. Raises ParameterError if all
+    chunks are run and no point has an error."""
+    chunks = dict(stored)
     lost: dict[int, str] = {}
-    done = 0
-
-    def placed(number: int, found: Chunk) -> None:
-        nonlocal done
-        first = number * asked.chunk
-        errors[:, :, first : first + found.errors.shape[2]] = found.errors
-        reasons.update(found.reasons)
-        done += found.errors.shape[2]
-        progress(done, asked.points)
-
-    for number, found in there.items():
-        placed(number, found)
+    points_done = sum(chunk.errors.shape[2] for chunk in stored.values())
+    if stored:
+        progress(points_done, request.points)
     tasks = [
-        Task(number, chunk_of, (asked, number), LONGEST_CHUNK)
-        for number in (range(asked.chunks) if chunks is None else sorted(chunks))
-        if number not in there
+        Task(number, chunk_of, (request, number), LONGEST_CHUNK)
+        for number in (range(request.chunks) if numbers is None else sorted(numbers))
+        if number not in stored
     ]
     with Workers(min(jobs, len(tasks))) as workers:
-        here = workers if workers.count > 1 else None
-        for task, found in results(tasks, executor or here, count=jobs):
-            if isinstance(found, Lost):
-                lost[task.key] = found.why
+        own_workers = workers if workers.count > 1 else None
+        for task, result in results(tasks, executor or own_workers, count=jobs):
+            if isinstance(result, Lost):
+                lost[task.key] = result.why
             else:
-                keep(task.key, found)
-                placed(task.key, found)
-    if chunks is None and np.isnan(errors).all() and not lost:
-        why = reasons.most_common(1)[0][0] if reasons else "nothing was run"
-        names = [side.name for side in asked.box.sides]
+                keep(task.key, result)
+                chunks[task.key] = result
+                points_done += result.errors.shape[2]
+                progress(points_done, request.points)
+    swept = replace(assembled_sweep(request, chunks), lost=lost)
+    if numbers is None and np.isnan(swept.errors).all() and not lost:
+        reasons = Counter(swept.reasons).most_common(1)
+        why = reasons[0][0] if reasons else "nothing was run"
+        names = [side.name for side in request.box.sides]
         raise ParameterError("vary", names, f"such that an error exists ({why})")
-    whole = errors.reshape(*errors.shape[:2], *asked.counts)
-    return Swept(asked, whole, dict(reasons), lost)
+    return swept
 
 
-def assembled_sweep(asked: Sweep, chunks: Mapping[int, Chunk]) -> Swept:
-    """A sweep with the errors of its stored chunks, by number; NaN at points that are not stored.
-    Chunks whose shape does not fit are left out."""
-    shape = len(asked.methods), len(asked.steps), asked.points
+def assembled_sweep(request: Sweep, chunks: Mapping[int, Chunk]) -> Swept:
+    """A sweep with the errors of its chunks, by number; NaN at points of other chunks. Chunks whose
+    shape does not fit are left out."""
+    shape = len(request.methods), len(request.steps), request.points
     errors = np.full(shape, math.nan)
     reasons: Counter[str] = Counter()
     for number, chunk in chunks.items():
-        place = errors[:, :, number * asked.chunk : (number + 1) * asked.chunk]
+        place = errors[:, :, number * request.chunk : (number + 1) * request.chunk]
         if place.shape == chunk.errors.shape:
             place[:] = chunk.errors
             reasons.update(chunk.reasons)
-    return Swept(asked, errors.reshape(*shape[:2], *asked.counts), dict(reasons))
+    return Swept(request, errors.reshape(*shape[:2], *request.counts), dict(reasons))
 
 
-def chunk_of(asked: Sweep, number: int) -> Chunk:
-    """Runs the points of one chunk."""
-    first = number * asked.chunk
-    points = range(first, min(first + asked.chunk, asked.points))
-    errors = np.full((len(asked.methods), len(asked.steps), len(points)), math.nan)
+def chunk_of(request: Sweep, number: int) -> Chunk:
+    """Runs the points of the chunk with this number."""
+    first = number * request.chunk
+    points = range(first, min(first + request.chunk, request.points))
+    runs = list(product(enumerate(request.methods), enumerate(request.steps)))
+    errors = np.full((len(request.methods), len(request.steps), len(points)), math.nan)
     reasons: Counter[str] = Counter()
-    for k, point in enumerate(points):
+    for column, point in enumerate(points):
         try:
-            case = asked.box.case(asked.place(point))
+            case = request.box.case(request.place(point))
         except NoAnswer as why:
-            reasons[_without_numbers(why)] += len(asked.methods) * len(asked.steps)
+            reasons[_without_numbers(why)] += len(runs)
             continue
-        for i, method in enumerate(asked.methods):
-            for j, step in enumerate(asked.steps):
-                try:
-                    errors[i, j, k] = run_error(case, method, step)
-                except (NoAnswer, Unsupported) as why:
-                    reasons[_without_numbers(why)] += 1
+        for (method_number, method), (step_number, step) in runs:
+            try:
+                error = run_error(case, method, step)
+            except (NoAnswer, Unsupported) as why:
+                reasons[_without_numbers(why)] += 1
+            else:
+                errors[method_number, step_number, column] = error
     return Chunk(errors, dict(reasons))
 
 
@@ -223,13 +223,13 @@ def run_error(case: Case, method: Method, step: float) -> float:
     """The relative error of one run: the largest over the quantities of interest, relative to their
     scales; infinite if the run diverged. Raises NoAnswer and Unsupported."""
     with answering():
-        about = case.system.quantities(case)
+        quantities = case.system.quantities(case)
     run = measure(case, method, step, theory=False)[0]
     if run.status == "unsupported":
         raise Unsupported(run.reason)
     if run.status == "cut-short":
         raise NoAnswer(run.reason)
-    error = relative_error(run, about)
+    error = relative_error(run, quantities)
     if math.isnan(error):
         raise NoAnswer("the run leaves out what the scene is about, or it is not a number")
     return error

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
@@ -20,9 +21,8 @@ DIVERGED_SCORE = 1e30  # score of a run that diverged
 FINE_STEPS = (1e-4, 5e-5)  # [s] steps of other methods that check the exact answer
 SURE = 0.1  # largest uncertainty of the exact answer, as a fraction of the error found
 Score = Callable[[Case, Method, float], float]
-SearchProgress = Callable[
-    [int, int, float], None
-]  # runs made, budget of runs, worst score so far
+SearchProgress = Callable[[int, int, float], None]
+"""Number of runs, budget of runs, worst score so far -> nothing."""
 
 
 @dataclass(frozen=True)
@@ -60,29 +60,28 @@ def search(
     step: float,
     budget: int,
     score: Score = run_error,
-    progress: SearchProgress = lambda made, of, worst: None,
+    progress: SearchProgress = lambda runs, budget, worst: None,
 ) -> Found:
     """The place in a box with the largest `score` of a method, its relative error unless another
     score is given, that at most `budget` runs find. Raises ParameterError if no place has a
     score."""
     searched = lowest(
-        lambda at: -min(score(box.case(at), method, step), DIVERGED_SCORE),
-        len(box.sides),
-        budget,
-        0.0,
-        lambda made, cost: progress(made, budget, -cost),
+        cost=lambda place: -min(score(box.case(place), method, step), DIVERGED_SCORE),
+        sides=len(box.sides),
+        budget=budget,
+        failed=0.0,
+        progress=lambda runs, cost: progress(runs, budget, -cost),
     )
-    if searched.place is None:
-        raise ParameterError(
-            "within", [s.name for s in box.sides], f"such that an error exists ({searched.why})"
-        )
-    at = searched.place
+    place = searched.place
+    if place is None:
+        names = [side.name for side in box.sides]
+        raise ParameterError("within", names, f"such that an error exists ({searched.why})")
     largest = -searched.cost
     if largest >= DIVERGED_SCORE:
         largest = math.inf
-    case = box.case(at)
+    case = box.case(place)
     parameters = {
-        side.name: side.at(fraction) for side, fraction in zip(box.sides, at, strict=True)
+        side.name: side.at(fraction) for side, fraction in zip(box.sides, place, strict=True)
     }
     return Found(
         box=box,
@@ -102,28 +101,31 @@ def certificate(case: Case, tried: Method) -> ConfirmedScore | None:
     method runs the case. Integrations with a tight tolerance are tried first and, if there are
     none, engines at fine steps."""
     others = [
-        m
-        for m in methods()
-        if m.name != tried.name
-        and m.engine != "exact"
-        and meant(m, case.scene)
-        and installed(engine_of(m))
-        and not m.surrogate
+        method
+        for method in methods()
+        if method.name != tried.name
+        and method.engine != "exact"
+        and meant(method, case.scene)
+        and installed(engine_of(method))
+        and not method.surrogate
     ]
-    adaptive = [(m, m.step_sizes[-1]) for m in others if m.control == "tolerance"]
-    fixed = [(m, h) for m in others if m.control == "step" for h in FINE_STEPS]
-    found = _distances(case, adaptive) or _distances(case, fixed)
-    return min(found, key=lambda computation: computation.distance, default=None)
+    adaptive = [
+        (method, method.step_sizes[-1]) for method in others if method.control == "tolerance"
+    ]
+    fixed = product([method for method in others if method.control == "step"], FINE_STEPS)
+    computations = _distances(case, adaptive) or _distances(case, fixed)
+    return min(computations, key=lambda computation: computation.distance, default=None)
 
 
-def _distances(case: Case, tried: Sequence[tuple[Method, float]]) -> list[ConfirmedScore]:
-    """The computations of a case by methods with steps that have a finite distance."""
-    found = []
-    for method, step in tried:
+def _distances(case: Case, runs: Iterable[tuple[Method, float]]) -> list[ConfirmedScore]:
+    """The computations of a case, by methods with steps, that have a finite distance from the exact
+    answer."""
+    computations = []
+    for method, step in runs:
         try:
             distance = run_error(case, method, step)
         except (NoAnswer, Unsupported):
             continue
         if math.isfinite(distance):
-            found.append(ConfirmedScore(method.name, step, distance))
-    return found
+            computations.append(ConfirmedScore(method.name, step, distance))
+    return computations

@@ -11,6 +11,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
 from plumbob.engines.peer_model import (
     FREE_VELOCITIES,
+    EngineJoint,
     FreeJointFrame,
     Layout,
     MechanismDiffers,
@@ -140,11 +141,13 @@ def _frame(joint: Any) -> FreeJointFrame:
     drawn_turn = Rotation.from_matrix(drawn_pose.rotation())
 
     def coordinates(place: Array, attitude: Array) -> Array:
+        """DART's coordinates of a pose."""
         back = drawn_turn.inv()
         turn = back * Rotation.from_quat(attitude, scalar_first=True)
         return np.concatenate([turn.as_rotvec(), back.apply(place - origin)])
 
     def pose(q: Array) -> tuple[Array, Array]:
+        """The place [m] and the attitude of DART's coordinates."""
         turn = drawn_turn * Rotation.from_rotvec(q[:3])
         return origin + drawn_turn.apply(q[3:]), turn.as_quat(scalar_first=True)
 
@@ -155,14 +158,13 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file in DART at `step` [s], with the places of its joints in DART's
     coordinates; raises NotRead."""
     model = DartModel(path, step)
-    hinges = []
-    free = []
+    joints = []
     for skeleton, first in zip(model.skeletons, model.places, strict=True):
         for joint in map(skeleton.getJoint, range(skeleton.getNumJoints())):
             if joint.getNumDofs():
                 place = first + joint.getIndexInSkeleton(0)
             if joint.getNumDofs() == 1:
-                hinges.append((joint.getName(), (place, place)))  # two joints may have one name
+                joints.append(EngineJoint(place, place, joint.getName()))
             elif joint.getNumDofs() == FREE_VELOCITIES:
-                free.append((place, place, _frame(joint)))
-    return Translated(model, layout, hinges, free, displaced=True)
+                joints.append(EngineJoint(place, place, frame=_frame(joint)))
+    return Translated(model, layout, joints, displaced=True)

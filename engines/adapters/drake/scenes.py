@@ -124,6 +124,7 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
     scene = with_settled_start(compiled_scene(case), {})
 
     def follow(duration: float, samples: int) -> Followed:
+        """Follows the motion over a duration [s] from sample to sample, until Drake gives up."""
         step = duration / samples
         stepper, built = _start(case, scene, step, config)
         rows = [built.read()]

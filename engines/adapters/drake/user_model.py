@@ -17,6 +17,7 @@ from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.drake.stepper import advance, simulator_of
 from plumbob.engines.peer_model import (
     FREE_VELOCITIES,
+    EngineJoint,
     FreeJointFrame,
     Layout,
     MechanismDiffers,
@@ -182,12 +183,11 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     """The model of a file in Drake at `step` [s], with the places of its joints in Drake's state;
     raises NotRead."""
     model = DrakeModel(path, layout, step)
-    hinges = []
-    free = []
+    joints = []
     for joint in map(model.plant.get_joint, model.plant.GetJointIndices()):
         first, first_rate = joint.position_start(), joint.velocity_start()
         if joint.num_velocities() == 1:
-            hinges.append((joint.name(), (first, first_rate)))
+            joints.append(EngineJoint(first, first_rate, joint.name()))
         elif joint.num_velocities() == FREE_VELOCITIES:
-            free.append((first, first_rate, FRAME))
-    return Translated(model, layout, hinges, free)
+            joints.append(EngineJoint(first, first_rate, frame=FRAME))
+    return Translated(model, layout, joints)

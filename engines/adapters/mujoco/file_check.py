@@ -157,31 +157,38 @@ def _rates(method: Method, step: float) -> tuple[float, ...]:
 
 def frequency_ratio(model: mujoco.MjModel) -> float:
     """The squared frequency of the fastest oscillation on the contacts at the model's start, over
-    the squared frequency of one contact alone: the largest eigenvalue of J M^-1 J' scaled by the
-    contacts' inverse weights."""
-    near = copy(model)
-    reach = REACH * float(model.stat.meansize)
-    near.pair_margin[:] += reach
-    near.geom_margin[:] += reach
-    near.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    near.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    data = mujoco.MjData(near)
-    if near.nkey:
-        mujoco.mj_resetDataKeyframe(near, data, 0)
-    with options.collected():
-        mujoco.mj_forward(near, data)
+    the squared frequency of one contact alone. With the contacts' normal Jacobian J it is the
+    largest eigenvalue of J M^-1 J', scaled by the contacts' inverse weights."""
+    model, data = _touching_start(model)
     geoms = data.contact.geom  # -1 where a flex touches
-    weights = near.body_invweight0[near.geom_bodyid[geoms], 0].sum(axis=1)
+    weights = model.body_invweight0[model.geom_bodyid[geoms], 0].sum(axis=1)
     # A body whose centre of mass is on its axis has no inverse weight: no spring holds it.
     sprung = (data.contact.efc_address >= 0) & (geoms >= 0).all(axis=1) & (weights > 0.0)
     if not sprung.any():
         return FREE_BODY
-    weights = weights[sprung]
-    rows = data.efc_J.reshape(data.nefc, near.nv)[data.contact.efc_address[sprung]]
-    solved = np.zeros_like(rows)
-    mujoco.mj_solveM(near, data, solved, rows)
-    scaled = (rows @ solved.T) / np.sqrt(np.outer(weights, weights))
-    return float(np.linalg.eigvalsh(scaled).max())
+    normal_rows = data.contact.efc_address[sprung]
+    jacobian = data.efc_J.reshape(data.nefc, model.nv)[normal_rows]
+    accelerations = np.zeros_like(jacobian)  # of unit normal forces: J M^-1
+    mujoco.mj_solveM(model, data, accelerations, jacobian)
+    scales = np.sqrt(np.outer(weights[sprung], weights[sprung]))
+    return float(np.linalg.eigvalsh((jacobian @ accelerations.T) / scales).max())
+
+
+def _touching_start(model: mujoco.MjModel) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A copy of a model whose geoms also touch if they are REACH apart, and its data at the start,
+    with all constraints computed."""
+    copied = copy(model)
+    reach = REACH * float(model.stat.meansize)
+    copied.pair_margin[:] += reach
+    copied.geom_margin[:] += reach
+    copied.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    copied.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    data = mujoco.MjData(copied)
+    if copied.nkey:
+        mujoco.mj_resetDataKeyframe(copied, data, 0)
+    with options.collected():
+        mujoco.mj_forward(copied, data)
+    return copied, data
 
 
 def _softening(model: mujoco.MjModel) -> float:

@@ -209,6 +209,7 @@ def _attributes(attributes: dict[str, object]) -> str:
     """Attributes of an MJCF element as text."""
 
     def text(value: object) -> str:
+        """The text of a value."""
         if isinstance(value, tuple):
             return " ".join(map(text, value))
         return _short(value) if isinstance(value, (int, float)) else str(value)

@@ -21,6 +21,7 @@ def fit(residuals: Callable[[Array], Array], start: Array) -> Array:
         raise Unsupported("mujoco.sysid lacks packages: pip install 'mujoco[sysid]'")
 
     def every(places: Array, parameters: Any) -> tuple[list[Array], None, None]:
+        """The residuals at several places, a column for each, in the form that sysid takes."""
         columns = np.reshape(places, (start.size, -1)).T
         return [np.stack([residuals(place) for place in columns], axis=1)], None, None
 

@@ -41,7 +41,7 @@ from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
-# factor from a size of differences to the other size, which tells their rounding
+# Factor from a size of differences to the other size, which tells their rounding
 BESIDE = MappingProxyType({STEP_NUDGE: 10.0, TOUCHING_NUDGE: 0.5})
 
 
@@ -67,38 +67,44 @@ class Sides:
     def controls(self) -> tuple[Array, Array]:
         """The controls of each step, and their derivatives by the number, shape (steps, nu)
         each."""
-        low, here, high = (
+        low, middle, high = (
             run.held_controls(np.arange(float(run.steps)), run.step) for run in self.runs
         )
-        return here, (high - low) / self.apart
+        return middle, (high - low) / self.apart
 
     def at_start(self) -> Array:
         """Puts the middle run at its start, and returns the derivative of the start by the number,
         in tangent coordinates."""
         _, run, _ = self.runs
         mujoco.mj_resetData(run.model, run.data)
-        starts = [(side.translation.qpos, side.translation.qvel) for side in self.runs]
-        low, here, high = (np.concatenate([*start, run.data.act]) for start in starts)
-        put(run.data, here)
+        translations = [side.translation for side in self.runs]
+        low, middle, high = (
+            np.concatenate([start.qpos, start.qvel, run.data.act]) for start in translations
+        )
+        put(run.data, middle)
         return apart(run.model, high, low) / self.apart
 
     def read(self, along: Array) -> ByName:
         """The derivatives of the observables at the present state of the middle run, whose state
         changes `along` a tangent. They include the change of how the outer cases read a state."""
-        low, here, high = self.runs
-        model = here.model
-        state = state_of(here.data)
+        low, middle, high = self.runs
+        model = middle.model
+        state = state_of(middle.data)
         sizes = [model.nv, model.nv, model.na]
 
-        def observe(place: float, rate: float, run: MujocoSimulation = here) -> Signals:
+        def observe(place: float, rate: float, run: MujocoSimulation = middle) -> Signals:
+            """The observables of the end, moved along its tangent by two amounts, as `run` reads
+            them."""
             end = shifted(model, state, along * np.repeat([place, rate, 0.0], sizes))[None]
             qpos, qvel, _ = np.split(end, (model.nq, model.nq + model.nv), axis=1)
             return run.translation.observed(qpos, qvel)[0]
 
-        less, more = (observe(0.0, 0.0, run) for run in (low, high))
+        # The outer cases may read the same state otherwise.
+        read_low, read_high = (observe(0.0, 0.0, run) for run in (low, high))
+        slopes = moved(observe, *along[: 2 * model.nv].reshape(2, -1))
         return {
-            name: slope + float(more[name][0] - less[name][0]) / self.apart
-            for name, slope in moved(observe, *along[: 2 * model.nv].reshape(2, -1)).items()
+            name: slope + float(read_high[name][0] - read_low[name][0]) / self.apart
+            for name, slope in slopes.items()
         }
 
 
@@ -141,6 +147,8 @@ def inverse(number: Number, method: Method, step: float, beside: bool = False) -
         )
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_INVDISCRETE
     along = sides.at_start()
+    # Views of the parts of the derivative, which `_step_ahead` changes
+    along_qpos, along_qvel = along[: 2 * model.nv].reshape(2, -1)
     before = mujoco.MjData(model)
     nudge = STEP_NUDGE * BESIDE[STEP_NUDGE] if beside else STEP_NUDGE
     with options.collected():
@@ -148,26 +156,32 @@ def inverse(number: Number, method: Method, step: float, beside: bool = False) -
             put(before, state_of(data))
             before.ctrl[:] = data.ctrl[:] = control
             mujoco.mj_step(model, data)
-            _step_ahead(model, before, data.qvel, along[: 2 * model.nv].reshape(2, -1), nudge)
+            _step_ahead(model, before, data.qvel, (along_qpos, along_qvel), nudge)
         return sides.read(along)
 
 
 def _step_ahead(
-    model: mujoco.MjModel, before: mujoco.MjData, after: Array, along: Array, nudge: float
+    model: mujoco.MjModel,
+    before: mujoco.MjData,
+    after: Array,
+    along: tuple[Array, Array],
+    nudge: float,
 ) -> None:
-    """Moves the derivative `along`, shape (2, nv), in place from the state `before` a step to the
-    step's end, where the velocity is `after`, by eq. 2."""
-    (places, rates) = along
+    """Moves a derivative in place from the state `before` a step to the step's end, where the
+    velocity is `after`, by eq. 2. `along` are the derivatives of the positions and of the
+    velocities, shape (nv,) each. Differences have the size `nudge`."""
+    places, rates = along
     step = model.opt.timestep
     before.qacc[:] = (after - before.qvel) / step
-    both = np.zeros((2, 2, model.nv, model.nv))
+    # Derivatives of the forces by qpos and by qvel, from differences of either sign
+    by_state = np.zeros((2, 2, model.nv, model.nv))
     mass = np.zeros((model.nv,) * 2)
-    for eps, into in zip((nudge, -nudge), both, strict=True):  # derivatives by qpos and by qvel
-        mujoco.mjd_inverseFD(model, before, eps, True, *into, *[None] * 5)
+    for eps, matrices in zip((nudge, -nudge), by_state, strict=True):
+        mujoco.mjd_inverseFD(model, before, eps, True, *matrices, *[None] * 5)
     # The forces are linear in the accelerations, and a nudge would be lost beside 1e6 rad/s^2.
     size = 1.0 + float(np.abs(before.qacc).max())
     mujoco.mjd_inverseFD(model, before, size, True, None, None, mass, *[None] * 4)
-    by_place, by_rate = both.mean(axis=0).transpose(0, 2, 1)
+    by_place, by_rate = by_state.mean(axis=0).transpose(0, 2, 1)
     rates -= step * np.linalg.solve(mass.T, by_place @ places + by_rate @ rates)
     ends = before.qpos.copy(), before.qpos.copy()
     for side, end in zip((-nudge, nudge), ends, strict=True):
@@ -187,7 +201,7 @@ def _sides(number: Number, method: Method, step: float) -> Sides:
 
 def _numbers(model: mujoco.MjModel) -> bytes:
     """All numbers of a model, without its keyframes, as bytes."""
-    held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    binary = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     model.key_qpos[:], model.key_qvel[:] = 0.0, 0.0
-    mujoco.mj_saveModel(model, None, held)
-    return held.tobytes()
+    mujoco.mj_saveModel(model, None, binary)
+    return binary.tobytes()

@@ -17,6 +17,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     """The simulation of a case by a method at `step` [s]; raises Unsupported and ParameterError."""
 
     def stepper(mechanism: Mechanism, start: State) -> NewtonStepper:
+        """The stepper of the case, whose mechanism is built once for all steps."""
         built = _cached_build(_CaseKey(case), method.settings["solver"])
         return NewtonStepper(built, method.settings, step)
 

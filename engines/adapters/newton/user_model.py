@@ -58,6 +58,7 @@ def _order_of_actuators(file: Any, read: Any) -> Any:
     from scipy.optimize import linear_sum_assignment
 
     def numbers(model: Any) -> Any:
+        """Numbers that tell the actuators of a model apart, a row for each actuator."""
         joints = FAR * model.actuator_trnid[:, :1]
         gains = model.actuator_gainprm, model.actuator_biasprm
         return np.hstack([joints, model.actuator_gear, *gains])

@@ -28,6 +28,7 @@ def build(problem: Any, method: Method) -> Equation:
     product: float = body.inertia_yz * square / body.inertia_x
 
     def acceleration(time: float, theta: float, theta_dot: float) -> float:
+        """theta'' [rad/s^2]."""
         sine = sin(theta)
         cosine = cos(theta)
         pull = (twice_a * sine + b) * cosine - c * sine

@@ -57,12 +57,14 @@ def _with_sensitivity(equations: Neighbours[Equation]) -> Equation:
     stencil = Neighbours(tuple(OFFSETS * SPACING), OFFSETS * SPACING)
 
     def acceleration(t: float, x: Array, v: Array) -> Array:
+        """(x'', s'') by eq. 1."""
         (angle, s) = x.tolist()
         (rate, s_dot) = v.tolist()
         by_parameter = equations.slope(lambda other: other.acceleration(t, angle, rate))
         size = max(abs(s), abs(s_dot)) or 1.0
 
         def along_sensitivity(offset: float) -> Any:
+            """The acceleration in a state that is moved along the sensitivity."""
             moved_angle = angle + offset * s / size
             moved_rate = rate + offset * s_dot / size
             return here.acceleration(t, moved_angle, moved_rate)

@@ -22,6 +22,7 @@ def build(problem: Any, method: Method) -> TurningEquation:
     third = (x - y) / z
 
     def acceleration(time: float, attitude: Array, rate: Array) -> Array:
+        """w' [rad/s^2], in the body's axes."""
         u, v, w = rate.tolist()
         return np.array([first * v * w, second * w * u, third * u * v])
 

@@ -27,6 +27,7 @@ def build(problem: Any, method: Method) -> Equation:
     damping = problem.damping
 
     def limited(time: float, theta: float, theta_dot: float) -> float:
+        """x'' [rad/s^2] with the clamped force."""
         force = min(max(-kp * theta - kv * theta_dot, -force_limit), force_limit)
         return float((gear * force - damping * theta_dot) / inertia)
 

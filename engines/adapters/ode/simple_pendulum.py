@@ -22,12 +22,15 @@ def build(problem: Any, method: Method) -> Equation:
     sin = math.sin
 
     def free(time: float, theta: float, theta_dot: float) -> float:
+        """theta'' [rad/s^2] without forcing."""
         return -damping * theta_dot - pull * sin(theta)
 
     def forced(time: float, theta: float, theta_dot: float) -> float:
+        """theta'' [rad/s^2] with forcing."""
         return amplitude * sin(frequency * time) - damping * theta_dot - pull * sin(theta)
 
     def linear(time: float, theta: float, theta_dot: float) -> float:
+        """theta'' [rad/s^2] of the linear pendulum."""
         return amplitude * sin(frequency * time) - damping * theta_dot - pull * theta
 
     exact = free if problem.rotor.autonomous else forced

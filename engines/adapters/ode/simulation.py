@@ -72,11 +72,13 @@ def adaptive(
     tolerances = {"rtol": rtol, "atol": rtol * np.array(scales)}
 
     def follow(duration: float, samples: int) -> Followed:
+        """Integrates from the start over a duration [s], by the solver's own steps."""
         slope = _Slope(equation)
         times = [0.0]
         states = [np.hstack(equation.start).tolist()]
 
         def new_solver() -> Any:
+            """A solver that begins at the last state."""
             started = solver(slope, times[-1], states[-1], duration, **tolerances)
             if samples > 1 and hasattr(started, "solve_lu"):  # the solver is implicit
                 started.solve_lu = unchecked_lu_solve

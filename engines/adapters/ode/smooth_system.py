@@ -21,6 +21,7 @@ def build(problem: Any, method: Method) -> Equation:
     several = len(system.coordinates) > 1
 
     def acceleration(time: float, q: Any, v: Any) -> Any:
+        """q'' at a time [s]."""
         if several:
             return np.array(system.acceleration(time, q.tolist(), v.tolist(), values))
         return float(system.acceleration(time, (q,), (v,), values)[0])
@@ -31,6 +32,7 @@ def build(problem: Any, method: Method) -> Equation:
     rate = np.array(system.rate) if several else system.rate[0]
 
     def read(positions: Array, rates: Array) -> Any:
+        """The observables that are neither coordinates nor rates."""
         return system.readings(values, positions, rates)
 
     return Equation(

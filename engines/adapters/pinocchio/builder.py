@@ -75,7 +75,8 @@ class Dynamics:
             for joint, (_, place_of_rates) in zip(mechanism.joints, places, strict=True)
             if joint.velocity is not None
         ]
-        # Most platforms turn at a constant rate: no difference of it is taken in each stage.
+        # Joints whose acceleration is taken from differences of their velocity. Most platforms turn
+        # at a constant rate, and need none.
         self.accelerated = [
             (degree, velocity) for degree, velocity in self.held if not is_constant(velocity)
         ]

@@ -13,6 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
 from plumbob.engines.peer_model import (
     FREE_VELOCITIES,
+    EngineJoint,
     FreeJointFrame,
     Layout,
     MechanismDiffers,
@@ -103,8 +104,7 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     coordinates; raises NotRead. If a body has several joints, Pinocchio has one joint for them,
     whose coordinates are in the order of the joints."""
     model = _read(path)
-    hinges = list[tuple[str, tuple[int, int]]]()
-    free = []
+    joints = list[EngineJoint]()
     for number in range(1, model.njoints):
         first = int(model.idx_qs[number])
         first_rate = int(model.idx_vs[number])
@@ -112,10 +112,13 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
         coordinates = model.nqs[number]
         rates = model.nvs[number]
         if rates == FREE_VELOCITIES and coordinates > FREE_VELOCITIES:
-            free.append((first, first_rate, FRAME))
+            joints.append(EngineJoint(first, first_rate, frame=FRAME))
         elif rates != coordinates:
             raise MechanismDiffers(f"its joint {name} is of a kind that is not compared")
         else:
             # Each of several joints gets a different name: the name, the name with "+", ...
-            hinges += [(name + "+" * k, (first + k, first_rate + k)) for k in range(rates)]
-    return Translated(PinocchioModel(model, step), layout, hinges, free)
+            joints += [
+                EngineJoint(first + degree, first_rate + degree, name + "+" * degree)
+                for degree in range(rates)
+            ]
+    return Translated(PinocchioModel(model, step), layout, joints)

@@ -40,7 +40,7 @@ KINDS = MappingProxyType(
         "weld": "JOINT_FIXED",
     }
 )
-# settings of multibodies; the other settings are those of the world
+# Settings that Bullet has for each multibody. All other settings of a method are the world's.
 BODY_SETTINGS = ("linearDamping", "angularDamping", "maxJointVelocity")
 UNLIMITED = 1e12  # [N] or [N m] largest force of motors, limits and loops
 FLAT = 1e-6  # largest thickness, relative to the radius, of an ellipsoid taken for a cylinder

@@ -18,6 +18,7 @@ from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.pybullet.client import new_client
 from plumbob.engines.peer_model import (
     FREE_VELOCITIES,
+    EngineJoint,
     FreeJointFrame,
     Layout,
     MechanismDiffers,
@@ -262,12 +263,11 @@ def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
     of the world; raises NotRead."""
     model = BulletModel(path, layout, step)
     client = model.world.client
-    hinges = []
+    joints = []
     for joint in model.world.joints:
         name = client.getJointInfo(joint.body, joint.link)[1].decode()
-        hinges.append((name, (joint.place, joint.rate)))
-    free = [
-        (base.places.start, base.rates.start, _frame(client, base.body))
-        for base in model.world.bases
-    ]
-    return Translated(model, layout, hinges, free, displaced=True)
+        joints.append(EngineJoint(joint.place, joint.rate, name))
+    for base in model.world.bases:
+        frame = _frame(client, base.body)
+        joints.append(EngineJoint(base.places.start, base.rates.start, frame=frame))
+    return Translated(model, layout, joints, displaced=True)

@@ -14,9 +14,10 @@ from plumbob.models.scene import ON_PLANE, ON_SUPPORTS, SMOOTH
 # rate of 6.3/s: it stays open by about h w^2 L / 13, which lengthens the rod and takes energy. With
 # error_bias 0 it closes in one step. analytic/errors/smooth_motion/stepped_rotor.py has both.
 EULER_STEP = Scheme(EULER, position_first=True)
-CLOSING_RATE = -60.0 * math.log(0.899999976158142)  # [1/s], default error_bias: (1 - 0.1)^60 of
-# single-precision numbers
-# smooth systems that are linkages in the plane
+# [1/s] rate at which joints close by default: pymunk's error_bias is (1 - 0.1)^60, in single
+# precision
+CLOSING_RATE = -60.0 * math.log(0.899999976158142)
+# Smooth systems that are linkages in the plane
 SYSTEMS = ("simple-pendulum", "!heavy-top", "!rolling-disc", "!projectile")
 # Moment of inertia of a point mass, as a fraction of m L^2: pymunk needs one above zero. The rod is
 # shortened to balance its effect on the swing. A smaller one costs digits in the joint's equations:

@@ -54,10 +54,12 @@ def platform_spring(
     spread, product = _inertia(mechanism, links, link, rate**2)
 
     def against(spring: object, angle: float) -> float:
+        """The moment of a body whose product of inertia is zero."""
         sine = math.sin(angle)
         return odd * sine - (spread * sine + even) * math.cos(angle)
 
     def unevenly(spring: object, angle: float) -> float:
+        """The moment of a body with a product of inertia."""
         return against(spring, angle) - product * math.cos(2.0 * angle)
 
     return unevenly if product else against

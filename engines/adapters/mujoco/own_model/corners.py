@@ -11,7 +11,8 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.solids import CORNERS
 
-PLANE = mujoco.mjtGeom.mjGEOM_PLANE  # its box is infinite, and MuJoCo lets no plane move
+# The box around a plane is infinite, but MuJoCo lets no plane move.
+PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 ORIGIN = np.zeros((1, 3))
 
 

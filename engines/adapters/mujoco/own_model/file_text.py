@@ -67,6 +67,7 @@ def write_without(source: Path, left_out: Sequence[Change], target: Path) -> tup
     compile there."""
 
     def write(part: Path) -> tuple[Change, ...]:
+        """Writes the file `part`, and returns the changes that it has."""
         text = with_includes(source, source.parent)
         makers = _makers(text, part)
         parts = (_part_in_text(change, makers) for change in left_out)
@@ -86,6 +87,7 @@ def write_fixed(source: Path, fix: FileFix, target: Path) -> FixPlace:
     written, would not compile there, or would differ in more than the fix."""
 
     def write(part: Path) -> FixPlace:
+        """Writes the file `part`, and returns the place of the options in it."""
         text = source.read_bytes()
         if fix.raised and any(tag.name == "include" for tag in tags(text)):
             text = with_includes(source, source.parent)

@@ -649,9 +649,9 @@ def _refusal(model: Any, integrator: str) -> str:
 
 
 def clamped_model(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
-    """Returns a copy with the contacts that refsafe makes of the model's at `step` [s], and the
-    number of changed time constants in each array that acts. refsafe itself is off in the copy, so
-    that its motion does not depend on the step."""
+    """Returns a copy of a model in which time constants are raised as refsafe raises them at `step`
+    [s], and {array of time constants: number of raised ones that act}. refsafe itself is off in the
+    copy, so that the motion of the copy does not depend on the step."""
     model = copy.copy(model)
     changed: dict[str, int] = {}
     if model.opt.disableflags & REFSAFE:
@@ -663,9 +663,9 @@ def clamped_model(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
         short = (values[:, 0] > 0.0) & (values[:, 0] < least)
         values[short, 0] = least
         acting = [getattr(model, switch) != 0 for switch in switches] or [short]
-        used = int((short & np.any(acting, axis=0)).sum())
-        if used and not disabled_stages & {"constraint", stage}:
-            changed[name] = used
+        acting_count = int((short & np.any(acting, axis=0)).sum())
+        if acting_count and not disabled_stages & {"constraint", stage}:
+            changed[name] = acting_count
     overriding = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE
     if overriding and 0.0 < model.opt.o_solref[0] < least:
         model.opt.o_solref[0], changed["o_solref"] = least, 1

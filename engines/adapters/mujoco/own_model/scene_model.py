@@ -35,6 +35,7 @@ def scene_model(
         model = replace(model, drive=lambda time: control(np.array([time]))[0])
 
     def observables(states: Array) -> Signals:
+        """Returns the observables of states."""
         velocities = model.layout.velocity
         return translation.observed(states[:, : velocities.start], states[:, velocities])[0]
 
