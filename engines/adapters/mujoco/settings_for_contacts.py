@@ -43,7 +43,10 @@ def contact_settings(wanted: WantedContact) -> ContactSettings:
     place = _place_in_file(wanted, wanted.file) if wanted.file else _place(wanted)
     if wanted.name == "restitution":
         rebound = bouncing_contact(wanted.value, wanted.speed, place.step, place.gravity)
-        fields = {"solref": rebound.impact.solref, "solimp": (IMPACT_IMPEDANCE,) * 2}
+        fields: dict[str, tuple[float, ...]] = {
+            "solref": rebound.impact.solref,
+            "solimp": (IMPACT_IMPEDANCE, IMPACT_IMPEDANCE),
+        }
         low, high, depth = rebound.low, rebound.high, rebound.depth
         options: dict[str, object] = {}
     elif wanted.name == "penetration":
