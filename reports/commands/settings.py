@@ -22,8 +22,11 @@ DEFAULT_METHOD = "mujoco/euler+coulomb"  # method with which a file is compared 
 FOR = "for"  # word in place of a method: settings for a wanted property of a contact
 WANTED: tuple[WantedProperty, ...] = ("restitution", "penetration", "creep")
 IMPACT_SPEED = 1.0  # [m/s] default speed of an impact
-OF_METHODS = ("stiffness", "check")  # options that settings for a wanted property do not have
-OF_CONTACTS = ("file", *WANTED, "speed", "mass", "load", "pair")
+METHOD_OPTIONS = (
+    "stiffness",
+    "check",
+)  # options that settings for a wanted property do not have
+PROPERTY_OPTIONS = ("file", *WANTED, "speed", "mass", "load", "pair")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -31,7 +34,7 @@ def command(chosen: argparse.Namespace) -> int:
     Returns 1 if contacts of the file do not fit its time step."""
     if chosen.method == FOR:
         return _show_contact_settings(chosen)
-    for name in OF_CONTACTS:
+    for name in PROPERTY_OPTIONS:
         if getattr(chosen, name) is not None:
             raise ParameterError(name, getattr(chosen, name), "given after `settings for`")
     if chosen.check is not None:
@@ -52,7 +55,7 @@ def command(chosen: argparse.Namespace) -> int:
 
 def _show_contact_settings(chosen: argparse.Namespace) -> int:
     """Prints the settings that give a contact the wanted restitution, penetration or creep."""
-    for name in OF_METHODS:
+    for name in METHOD_OPTIONS:
         if getattr(chosen, name) is not None:
             raise ParameterError(name, getattr(chosen, name), "left out after `settings for`")
     names = [name for name in WANTED if getattr(chosen, name) is not None]
@@ -80,8 +83,8 @@ def _show_contact_settings(chosen: argparse.Namespace) -> int:
     finder = engine.ability(SettingsForContacts)
     if finder is None or not installed(engine):
         raise ParameterError("for", names[0], f"asked with {engine.name} installed")
-    found_settings = finder.find(wanted)
-    values.show(chosen, found_settings, "contact_settings", settings=found_settings)
+    contact_settings = finder.find(wanted)
+    values.show(chosen, contact_settings, "contact_settings", settings=contact_settings)
     return 0
 
 

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.contact_models.impacts import soft_impact
-from plumbob.analytic.errors.contact_models.wanted_contacts import PHASES, rebounds
+from plumbob.analytic.errors.contact_models.wanted_contacts import IMPACT_PHASES, rebounds
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import WantedContact
-from plumbob.engines.adapters.mujoco.settings_for_contacts import GRAVITY, contact_settings
+from plumbob.engines.adapters.mujoco.settings_for_contacts import (
+    DEFAULT_GRAVITY,
+    contact_settings,
+)
 from plumbob.reports.cli import main
 
 MASSES = (1e-3, 0.05, 1.0, 20.0, 1e3)
@@ -45,7 +48,7 @@ def restitutions(model, speed, phases):
         mujoco.mj_resetData(model, data)
         height = phase * speed * model.opt.timestep
         data.qpos[2] = 0.1 + height
-        data.qvel[2] = -math.sqrt(speed**2 - 2.0 * GRAVITY * height)
+        data.qvel[2] = -math.sqrt(speed**2 - 2.0 * DEFAULT_GRAVITY * height)
         touched = False
         for _ in range(400):
             mujoco.mj_step(model, data)
@@ -53,7 +56,9 @@ def restitutions(model, speed, phases):
             touched |= z < 0.0
             if touched and z >= 0.0:
                 break
-        ratios.append(math.sqrt(data.qvel[2] ** 2 + 2.0 * GRAVITY * max(z, 0.0)) / speed)
+        ratios.append(
+            math.sqrt(data.qvel[2] ** 2 + 2.0 * DEFAULT_GRAVITY * max(z, 0.0)) / speed
+        )
     return ratios
 
 
@@ -73,10 +78,10 @@ def test_a_ball_rebounds_as_the_settings_say(restitution):
 
 
 def test_the_restitution_of_a_fine_step_is_the_continuous_one():
-    # A contact of 16 steps errs by a phase; the mean over the phases of a fast impact does not.
+    # A contact of 16 steps has an error that depends on the phase; the mean over the phases of a fast impact does not.
     impact = soft_impact(0.8, 1e-3)
-    outcome, _ = rebounds(impact, 100.0, 1e-3, GRAVITY)
-    assert len(outcome) == PHASES
+    outcome, _ = rebounds(impact, 100.0, 1e-3, DEFAULT_GRAVITY)
+    assert len(outcome) == IMPACT_PHASES
     assert outcome.mean() == pytest.approx(0.8, abs=5e-3)
 
 
@@ -119,7 +124,7 @@ def test_a_body_creeps_as_the_settings_say(creep):
         model = model_with(wanted.mjcf, mass, body=SLIDES, friction=2.0)
         data = mujoco.MjData(model)
         data.qpos[2] = -wanted.depth
-        data.xfrc_applied[1, 0] = mass * GRAVITY
+        data.xfrc_applied[1, 0] = mass * DEFAULT_GRAVITY
         mujoco.mj_step(model, data, round(2.0 / step))
         assert data.qvel[0] == pytest.approx(wanted.high, rel=CREEP)
 

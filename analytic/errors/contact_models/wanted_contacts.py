@@ -29,12 +29,12 @@ from plumbob.analytic.schemes import SoftPoint
 
 LARGEST_RESTITUTION = 0.98
 # Moments of an impact within a step. The extremes of 64 and of 1024 moments differ by 1e-3.
-PHASES = 64
+IMPACT_PHASES = 64
 LARGEST_DAMPING_RATIO = 10.0
 IMPACT_STEPS = 400  # a contact lasts 16 steps; one that takes longer does not rebound
 STIFFEST_IMPEDANCE, SOFTEST_IMPEDANCE = 0.9999, 0.5
 STEPS_PER_TIME_CONSTANT = 2.0  # MuJoCo raises a smaller time constant to this many steps
-LARGEST_RATIO = 1e6  # impratio up to which the predicted creep was measured
+LARGEST_FRICTION_RATIO = 1e6  # impratio up to which the predicted creep was measured
 
 
 @dataclass(frozen=True)
@@ -51,13 +51,13 @@ def rebounds(
     impact: SoftImpact, speed: float, step: float, gravity: float
 ) -> tuple[Array, Array]:
     """Returns the restitution and the depth [m] of impacts at a `speed` [m/s], each of shape
-    (PHASES,), for as many moments of the impact within a step of Euler of `step` [s]. A restitution
+    (IMPACT_PHASES,), for as many moments of the impact within a step of Euler of `step` [s]. A restitution
     is 0 if the body does not rebound."""
-    height = np.arange(PHASES) / PHASES * speed * step
+    height = np.arange(IMPACT_PHASES) / IMPACT_PHASES * speed * step
     velocity = -np.sqrt(speed**2 - np.minimum(2.0 * gravity * height, 0.5 * speed**2))
-    restitution = np.zeros(PHASES)
-    depth = np.zeros(PHASES)
-    pending = np.ones(PHASES, dtype=bool)
+    restitution = np.zeros(IMPACT_PHASES)
+    depth = np.zeros(IMPACT_PHASES)
+    pending = np.ones(IMPACT_PHASES, dtype=bool)
     for _ in range(IMPACT_STEPS):
         touching = height < 0.0
         push = (IMPACT_IMPEDANCE - 1.0) * gravity - impact.damping * velocity
@@ -136,7 +136,7 @@ def sticking_contact(creep: float, push: float, pull: float, step: float) -> Sof
     stiff = replace(default, impedance=(STIFFEST_IMPEDANCE, STIFFEST_IMPEDANCE))
     for point in (default, stiff):
         ratio = creep_of(point, push, pull, step) / creep
-        if ratio <= LARGEST_RATIO:
+        if ratio <= LARGEST_FRICTION_RATIO:
             return replace(point, ratio=max(1.0, ratio))
-    least = creep_of(replace(stiff, ratio=LARGEST_RATIO), push, pull, step)
+    least = creep_of(replace(stiff, ratio=LARGEST_FRICTION_RATIO), push, pull, step)
     raise ParameterError("creep", creep, f"at least {least:.3g} m/s at this load")

@@ -24,12 +24,12 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import attributes_text, d
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 from plumbob.engines.method import time_step
 
-GRAVITY = 9.81  # [m/s^2] where no file says otherwise
-RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
+DEFAULT_GRAVITY = 9.81  # [m/s^2] where no file says otherwise
+RK4_NUMBER = int(mujoco.mjtIntegrator.mjINT_RK4)
 
 
 @dataclass(frozen=True)
-class Place:
+class ContactPlace:
     """The place of a contact: a pair of geoms of a file, or any two geoms."""
 
     step: float  # [s]
@@ -80,7 +80,7 @@ def _fields_of(point: SoftPoint) -> dict[str, tuple[float, ...]]:
     return {"solref": solref, "solimp": (*point.impedance, point.width)}
 
 
-def _mjcf(place: Place, options: dict[str, object], fields: dict[str, Any]) -> str:
+def _mjcf(place: ContactPlace, options: dict[str, object], fields: dict[str, Any]) -> str:
     """Returns the lines to paste: options, and the fields of all geoms or of one pair."""
     option = f"<option {attributes_text({'timestep': place.step, **options})}/>"
     if not place.pair_fields:
@@ -89,26 +89,26 @@ def _mjcf(place: Place, options: dict[str, object], fields: dict[str, Any]) -> s
     return f"{option}\n<contact>\n  <pair {pair}/>\n</contact>"
 
 
-def _place(wanted: WantedContact) -> Place:
+def _place(wanted: WantedContact) -> ContactPlace:
     """Returns the place of a contact of a body that stands alone."""
     if wanted.step is None:
         raise ParameterError("step", None, "given, in seconds: settings are for one step")
-    push = GRAVITY
+    push = DEFAULT_GRAVITY
     if wanted.load is not None:
         if wanted.mass is None:
             raise ParameterError("mass", None, "given with --load")
         push = wanted.load / wanted.mass
-    return Place(time_step("step", wanted.step), GRAVITY, push)
+    return ContactPlace(time_step("step", wanted.step), DEFAULT_GRAVITY, push)
 
 
-def _place_in_file(wanted: WantedContact, file: Path) -> Place:
+def _place_in_file(wanted: WantedContact, file: Path) -> ContactPlace:
     """Returns the place of a contact between two geoms of a model file. Raises ParameterError."""
     if wanted.pair is None:
         raise ParameterError("pair", None, "given with a file: the names of two geoms")
     model = compiled_model(file, "file")
     geoms = [_geom(model, file, name) for name in wanted.pair]
-    if wanted.name == "restitution" and model.opt.integrator == RK4:
-        raise ParameterError("file", str(file), "one whose integrator is not RK4")
+    if wanted.name == "restitution" and model.opt.integrator == RK4_NUMBER:
+        raise ParameterError("file", str(file), "one whose integrator is not RK4_NUMBER")
     bodies = model.geom_bodyid[geoms]
     inverse_mass = float(model.body_invweight0[bodies, 0].sum())
     gravity = float(np.linalg.norm(model.opt.gravity))
@@ -127,7 +127,7 @@ def _place_in_file(wanted: WantedContact, file: Path) -> Place:
         "condim": int(model.geom_condim[geoms].max()),
         "friction": (sliding, sliding, torsion, rolling, rolling),
     }
-    return Place(time_step("step", step), gravity, push, pair_fields)
+    return ContactPlace(time_step("step", step), gravity, push, pair_fields)
 
 
 def _geom(model: Any, file: Path, name: str) -> int:
