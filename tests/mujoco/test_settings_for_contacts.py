@@ -78,7 +78,8 @@ def test_a_ball_rebounds_as_the_settings_say(restitution):
 
 
 def test_the_restitution_of_a_fine_step_is_the_continuous_one():
-    # A contact of 16 steps has an error that depends on the phase; the mean over the phases of a fast impact does not.
+    # Each impact has an error that depends on its moment within a step, and gravity adds to the
+    # error of slow impacts. The mean over the moments of a fast impact has neither error.
     impact = soft_impact(0.8, 1e-3)
     outcome, _ = rebounds(impact, 100.0, 1e-3, DEFAULT_GRAVITY)
     assert len(outcome) == IMPACT_PHASES

@@ -51,8 +51,8 @@ def rebounds(
     impact: SoftImpact, speed: float, step: float, gravity: float
 ) -> tuple[Array, Array]:
     """Returns the restitution and the depth [m] of impacts at a `speed` [m/s], each of shape
-    (IMPACT_PHASES,), for as many moments of the impact within a step of Euler of `step` [s]. A restitution
-    is 0 if the body does not rebound."""
+    (IMPACT_PHASES,), for as many moments of the impact within a step of Euler of `step` [s]. A
+    restitution is 0 if the body does not rebound."""
     height = np.arange(IMPACT_PHASES) / IMPACT_PHASES * speed * step
     velocity = -np.sqrt(speed**2 - np.minimum(2.0 * gravity * height, 0.5 * speed**2))
     restitution = np.zeros(IMPACT_PHASES)
