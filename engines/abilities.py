@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.method import Method
@@ -127,6 +127,47 @@ class SettingsToPaste:
     own choice), friction coefficient -> what to paste into a model; raises ParameterError."""
 
     write: Callable[[Method, float, float | None, float], Settings]
+
+
+WantedProperty = Literal["restitution", "penetration", "creep"]
+
+
+@dataclass(frozen=True)
+class WantedContact:
+    """A property that a contact has to have, at a step and under a load."""
+
+    name: WantedProperty
+    value: float  # restitution, depth [m] or speed of creep [m/s]
+    step: float | None  # [s]; None: the step of `file`
+    speed: float  # [m/s] speed of the impact
+    mass: float | None  # [kg] mass of the body; None: the pair's effective mass
+    load: float | None  # [N] force of the contact; None: the weight of the mass
+    file: Path | None = None  # model file with the pair
+    pair: tuple[str, str] | None = None  # names of two geoms of `file`
+
+
+@dataclass(frozen=True)
+class ContactSettings:
+    """Settings that give a contact a wanted property, and what steps make of it."""
+
+    name: WantedProperty
+    value: float
+    step: float  # [s]
+    mjcf: str  # lines to paste into a model file
+    low: (
+        float  # smallest value of the property: of a restitution, over the moments of an impact
+    )
+    high: float
+    depth: float  # [m] largest depth: in the impact, or at rest
+    speed: float  # [m/s] speed of the impact
+    push: float  # [m/s^2] acceleration that the load gives the free body
+
+
+@dataclass(frozen=True)
+class SettingsForContacts:
+    """A wanted property -> the settings of a contact; raises ParameterError."""
+
+    find: Callable[[WantedContact], ContactSettings]
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import (
     Ablation,
     CompilesScenes,
+    ContactSettings,
     Fields,
     FileCheck,
     FileChecks,
@@ -25,12 +26,14 @@ from plumbob.engines.abilities import (
     PortsFiles,
     SchemeOfCase,
     Settings,
+    SettingsForContacts,
     SettingsToPaste,
     StepsOfFiles,
     Trimming,
     UserModels,
     UserSettings,
     Views,
+    WantedContact,
 )
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method, Simulation
@@ -104,6 +107,13 @@ def _settings(
     from plumbob.engines.adapters.mujoco.settings_to_paste import settings
 
     return settings(method, step, stiffness, friction)
+
+
+def _settings_for_contacts(wanted: WantedContact) -> ContactSettings:
+    """Returns the settings that give a contact a wanted property; raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.settings_for_contacts import contact_settings
+
+    return contact_settings(wanted)
 
 
 def _mechanism_of_scene(case: Case) -> SceneMechanism:
@@ -284,6 +294,7 @@ ENGINE = Engine(
         UserSettings(_user_method),
         Ablation(_measure_trimming),
         SettingsToPaste(_settings),
+        SettingsForContacts(_settings_for_contacts),
         CompilesScenes(_mechanism_of_scene, _drawing_of_scene, _translate, _model_of_scene),
         FileChecks(_check_file),
         StepsOfFiles(_rewrite_for_step),

@@ -105,7 +105,7 @@ def _convergent(
         """The lines for bodies whose inverse weights are overstated by `softening`."""
         options = {**chosen.options, "impratio": REGULARISATION_RATIO * softening}
         fields = own_pair(method, step, softening, stiffness)
-        pair = _default("pair", fields, condim=3, friction=(friction, friction))
+        pair = default_element("pair", fields, condim=3, friction=(friction, friction))
         parts = [_option(method, step, options), pair, PAIRS]
         return "\n".join(
             (f"<!-- contacts for a time step of {step:g} s, and no other -->", *parts)
@@ -137,7 +137,7 @@ def _other_contacts(
 ) -> Settings:
     """The settings of a method with contacts that do not converge."""
     fields = chosen.pair(step)
-    geom = _default("geom", fields, friction=friction)
+    geom = default_element("geom", fields, friction=friction)
     text = "\n".join((_option(method, step, dict(chosen.options)), geom))
     error = f"{NO_PREDICTION}: a sliding body chatters, and a smaller step does not help"
     holds = "nowhere to a given accuracy; mujoco/euler+coulomb converges"
@@ -195,17 +195,17 @@ def _integrator(method: Method, step: float) -> Settings:
 def _option(method: Method, step: float, options: dict[str, object]) -> str:
     """The <option> element of a method at a step [s]."""
     attributes = {"timestep": step, "integrator": method.settings["integrator"], **options}
-    return f"<option {_attributes(attributes)}/>"
+    return f"<option {attributes_text(attributes)}/>"
 
 
-def _default(part: str, pair: PairFields, **more: object) -> str:
+def default_element(part: str, pair: PairFields, **more: object) -> str:
     """The <default> element with fields of a contact, and `more` fields, of a `part` such as
     "geom". The numbers of `solimp` that are MuJoCo's defaults are left out."""
     fields = {**more, **{name: tuple(value[:3]) for name, value in pair.items()}}
-    return f"<default>\n  <{part} {_attributes(fields)}/>\n</default>"
+    return f"<default>\n  <{part} {attributes_text(fields)}/>\n</default>"
 
 
-def _attributes(attributes: dict[str, object]) -> str:
+def attributes_text(attributes: dict[str, object]) -> str:
     """Attributes of an MJCF element as text."""
 
     def text(value: object) -> str:
