@@ -4,9 +4,9 @@ they differ, the band of rounding and of the solver that its difference is held 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -19,8 +19,10 @@ from plumbob.engines.difference.recording import DOUBLE, Recording
 from plumbob.engines.difference.sample_steps import SampleSteps, StepLaw
 from plumbob.engines.difference.steps_beside import (
     OwnSteps,
+    SolverRun,
     StepsBeside,
     other_steps,
+    solver_run,
     steps_beside,
 )
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script, Variation
@@ -48,6 +50,8 @@ class Repetition:
     difference: MotionDifference | None = None  # None if it has no motion
     # Single steps from the states of the motion; None if they are the same computation
     steps: StepsBeside | None = None
+    solver: SolverRun | None = None  # what its solver leaves along its own run
+    own_solver: SolverRun | None = None  # what the solver of the other motion leaves
 
     @property
     def verdict(self) -> Verdict:
@@ -128,7 +132,7 @@ def recorded_run(model: OwnModel, start: StepInput, name: str) -> Recording:
     run = model.recorded_steps(model.integrator, model.step).run(start)
     count = len(run.states)
     held = np.vstack([start.controls, start.controls[-1:]])[:count]
-    times = model.step * np.arange(count)
+    times = np.asarray(model.step * np.arange(count), dtype=float)
     return Recording(name, times, run.states, held, run.warm_starts, DOUBLE)
 
 
@@ -145,21 +149,6 @@ def start_of(script: Script, model: OwnModel) -> StepInput:
         controls=np.repeat(script.controls, parts, axis=0),
         warm_start=np.zeros(velocity.stop - velocity.start),
     )
-
-
-def repeated_motion(
-    model: OwnModel, script: Script, control: str, allowance: Allowance
-) -> RepeatedMotion:
-    """Returns the repetitions of the motion of a model's own steps under a script, in MuJoCo.
-    Raises NotCertifiable if the model's own run diverges at once."""
-    began = time.perf_counter()
-    start = start_of(script, model)
-    recording = recorded_run(model, start, "own")
-    if len(recording.times) < 3:
-        raise NotCertifiable("its own steps diverge within two steps")
-    repeater = Repeater(model, start, recording, allowance)
-    rows = tuple(repeater.repetitions())
-    return RepeatedMotion(model, script, control, recording, rows, time.perf_counter() - began)
 
 
 @dataclass
@@ -202,37 +191,45 @@ class Repeater:
         same = np.tile(start.state, (COPIES, 1))
         for threads in THREADS:
             name = f"{COPIES} copies on {threads} thread{'s' if threads > 1 else ''}"
-            yield name, lambda threads=threads: model.batch(same, start.controls, threads)
-        last = len(self.recording.states) - 1
-        others = self.recording.states[np.linspace(1, last, OTHERS, dtype=int)]
+            yield name, partial(model.batch, same, start.controls, threads)
+        yield f"among {OTHERS} others, in two orders", self._in_both_orders
 
-        def in_both_orders() -> Array:
-            """Returns this motion among others, in two orders."""
-            states = np.vstack([start.state, others])
-            first = model.batch(states, start.controls, THREADS[-1])[0]
-            return np.stack([first, model.batch(states[::-1], start.controls, THREADS[-1])[-1]])
-
-        yield f"among {OTHERS} others, in two orders", in_both_orders
+    def _in_both_orders(self) -> Array:
+        """Returns the states of this motion among others in a batch, in two orders."""
+        rows = np.linspace(0, len(self.recording.states) - 1, OTHERS + 1, dtype=int)
+        states, controls = self.recording.states[rows], self.start.controls
+        first = self.model.batch(states, controls, THREADS[-1])[0]
+        last = self.model.batch(states[::-1], controls, THREADS[-1])[-1]
+        return np.stack([first, last])
 
     def varied(self, variation: Variation) -> Repetition:
         """Returns the repetition of a model with another setting, beside the model whose motion it
         should have."""
         own, band = self.own, self.band
+        own_solver: SolverRun | None = self.own_solver
         if variation.kind == "converged":
             recording = recorded_run(variation.beside, self.start, "converged")
             own = OwnSteps(samples_of(variation.beside, recording))
-            band = self._measurement(own.samples)
-        recording = own.samples.recording
+            band, own_solver = self._measurement(own.samples), None
+        name, kind = variation.name, variation.kind
         try:
-            run = recorded_run(variation.model, self.start, variation.name)
+            run = recorded_run(variation.model, self.start, name)
         except NotCertifiable as why:
-            return Repetition(variation.name, variation.kind, str(why))
-        if np.array_equal(run.states, recording.states) or variation.kind == "sleep":
-            return held(band, variation.name, variation.kind, run.states)
-        take = other_steps(samples_of(variation.model, recording))
-        steps, left = steps_beside(own, take, self.allowance.part(STEPS_TIME))
-        row = held(band, variation.name, variation.kind, run.states, left)
-        return replace(row, steps=steps)
+            return Repetition(name, kind, str(why))
+        if np.array_equal(run.states, own.samples.recording.states) or kind == "sleep":
+            return held(band, name, kind, run.states)
+        take = other_steps(samples_of(variation.model, own.samples.recording))
+        steps = steps_beside(own, take, self.allowance.part(STEPS_TIME))
+        solver = solver_run(samples_of(variation.model, run))
+        left = np.zeros((own.samples.intervals, solver.left.shape[1]))
+        left[: len(solver.left)] = solver.left
+        row = held(band, name, kind, run.states, left)
+        return replace(row, steps=steps, solver=solver, own_solver=own_solver)
+
+    @cached_property
+    def own_solver(self) -> SolverRun:
+        """What the model's own solver leaves along the motion."""
+        return solver_run(self.own.samples)
 
     def _measurement(self, samples: SampleSteps) -> BandMeasurement:
         """Returns the measurement of a band along the recording of `samples`."""

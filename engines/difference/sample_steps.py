@@ -132,7 +132,8 @@ class SampleSteps:
     def rounding(self, before: StepInput, interval: int) -> Array:
         """Returns what rounding may leave of the steps of an interval: measured by nudges."""
         nudged = self.steps.nudged(before, self.precision, self.recording.resolution.unit)
-        return ROUNDING * np.sqrt(np.mean(nudged**2, axis=0)) + self.unit_after(interval)
+        largest = ROUNDING * np.sqrt(np.mean(nudged**2, axis=0))
+        return np.asarray(largest + self.unit_after(interval))
 
     def solver(self, before: StepInput) -> Array:
         """Returns what the solver may leave of the steps from a state: by the difference that its

@@ -25,6 +25,8 @@ from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan
 from plumbob.engines.audit.trims import TrimmedFile, effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.closed_loop import load_function, load_policy
+from plumbob.engines.difference.port_repetitions import ports
+from plumbob.engines.difference.repetitions import RepeatedMotion
 from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.extras import install_command
@@ -34,7 +36,12 @@ from plumbob.reports.advice.fixed_file import (
     check_new_file,
     write_fixed_file,
 )
-from plumbob.reports.audit_from_python import AUDIT_SECONDS, audit, audit_contacts
+from plumbob.reports.audit_from_python import (
+    AUDIT_SECONDS,
+    audit,
+    audit_contacts,
+    audit_reproducible,
+)
 from plumbob.reports.columns.audit_columns import audit_columns
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
@@ -46,7 +53,13 @@ from plumbob.reports.commands.shared.several_audits import (
     refused_row,
 )
 from plumbob.reports.records.plain_data import json_text
-from plumbob.reports.view.audit.page import answer_lines, audit_answer, page, short_lines
+from plumbob.reports.view.audit.page import (
+    AnyAudit,
+    answer_lines,
+    audit_answer,
+    page,
+    short_lines,
+)
 from plumbob.reports.view.audit.records import fixed_record, record
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.own_files import check_replaceable
@@ -96,8 +109,14 @@ IN_ALL_LINES = (
     "in_the_loop",
     "episodes",
 )
+# Options of the audit of a motion that --reproducible takes too; it has no certified motion
+REPEATED_OPTIONS = (
+    *("qpos", "qvel", "ctrl", "policy", "ctrl_period", "duration", "budget", "jobs", "engines"),
+)
 CONTACT_OPTIONS = ("body", "speed", "friction")
-FILE_OPTIONS = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
+FILE_OPTIONS = (
+    *("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts", "reproducible"),
+)
 
 
 @dataclass(frozen=True)
@@ -140,7 +159,7 @@ def command(chosen: argparse.Namespace) -> int:
                 print(f"plumbob: {why}: {install_command('robots')}", file=sys.stderr)
                 return MISSING
             callbacks: dict[str, Any] = {"progress": lambda part: show(part, 0, 0)}
-            if not (chosen.json or values.as_table(chosen)):
+            if not (chosen.json or chosen.reproducible or values.as_table(chosen)):
                 callbacks["begun"] = partial(_print_first_line, chosen=chosen)
             rows = iter([audit_row(model, jobs=chosen.jobs, **callbacks)])
         else:
@@ -169,10 +188,12 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
             expected = "left out, but with a single MJCF or URDF file"
             raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
         check_fixable(models[0], Path(chosen.write_fixed))
-    ending = "-contacts.html" if chosen.contacts else ".html"
+    ending = ".html"
+    if chosen.contacts or chosen.reproducible:
+        ending = "-contacts.html" if chosen.contacts else "-reproducible.html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     written_pages = list(pages.values())
-    if not chosen.contacts:
+    if ending == ".html":
         written_pages += [_record_file(page_file) for page_file in pages.values()]
     if not chosen.alone:
         written_pages.append(several_audits.PAGE)
@@ -196,10 +217,10 @@ def _print_first_line(audit: Audit, chosen: argparse.Namespace) -> None:
     print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
 
 
-def _short_lines(result: Audit | ContactAudit, chosen: argparse.Namespace) -> list[str]:
+def _short_lines(result: AnyAudit, chosen: argparse.Namespace) -> list[str]:
     """Returns the most important lines of a motion's audit for the terminal. There are none if all
     lines are printed: the user asks for them, or for numbers that have a line of their own."""
-    if isinstance(result, ContactAudit) or any(getattr(chosen, name) for name in IN_ALL_LINES):
+    if not isinstance(result, Audit) or any(getattr(chosen, name) for name in IN_ALL_LINES):
         return []
     columns = min(MOST_COLUMNS, shutil.get_terminal_size().columns)
     return short_lines(result, max(LEAST_COLUMNS, columns))
@@ -243,7 +264,7 @@ def _print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
         values.print_json(rows[0].data)
     elif alone:
         # The first line of a motion's audit is printed before the audit begins.
-        first = 0 if chosen.contacts else 1
+        first = 0 if chosen.contacts or chosen.reproducible else 1
         for line in (rows[0].short or rows[0].lines)[first:]:
             print(line)
     else:
@@ -283,6 +304,11 @@ def _check_arguments(chosen: argparse.Namespace) -> None:
         values.refuse_options(chosen, MOTION_OPTIONS, "left out with --contacts")
     else:
         values.refuse_options(chosen, CONTACT_OPTIONS, "given with --contacts")
+    if chosen.reproducible:
+        others = [name for name in MOTION_OPTIONS if name not in REPEATED_OPTIONS]
+        values.refuse_options(
+            chosen, (*others, "absolute", "contacts"), "left out with --reproducible"
+        )
     chosen.budget = chosen.budget or AUDIT_SECONDS
     chosen.jobs = chosen.jobs or 1
     if chosen.write_trimmed is not None:
@@ -351,13 +377,13 @@ def _audit_row(
             _write_into(chosen.out, json_text({**data, "path": path}), _record_file(page_name))
     except ParameterError as why:
         return refused_row(path, str(why))
-    error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
+    open_rows = isinstance(result, RepeatedMotion) and result.open
     return Row(
         path=path,
-        error=None if math.isnan(error) else error,
-        step=result.step,
+        error=_error_of(result),
+        step=data.get("step"),
         says=data.get("to_do", ""),
-        code=MISSED if missed else 0,
+        code=MISSED if missed else MISSING if open_rows else 0,
         data=data,
         page=page_name,
         missed="; ".join(missed),
@@ -365,6 +391,14 @@ def _audit_row(
         short=tuple(short),
         seconds=result.seconds,
     )
+
+
+def _error_of(result: AnyAudit) -> float | None:
+    """Returns the error [m] at a model's own step; None if it is not known."""
+    if isinstance(result, RepeatedMotion):
+        return None
+    error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
+    return None if math.isnan(error) else error
 
 
 def _silent(what: str) -> None:
@@ -388,7 +422,7 @@ def _write_fixed(
 
 def _write_page(
     answer: Finding,
-    result: Audit | ContactAudit,
+    result: AnyAudit,
     name: str,
     chosen: argparse.Namespace,
 ) -> str:
@@ -421,7 +455,7 @@ def _run_audit(
     chosen: argparse.Namespace,
     jobs: int,
     **callbacks: Any,
-) -> Audit | ContactAudit:
+) -> AnyAudit:
     """Returns the audit of a model file or an environment. `callbacks` go to `audit` as they are.
     Raises ParameterError."""
     if chosen.contacts:
@@ -432,10 +466,23 @@ def _run_audit(
             friction=chosen.friction,
             keyframe=chosen.keyframe,
         )
+    start = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
+    policy = None if chosen.policy is None else load_policy(chosen.policy)
+    if chosen.reproducible:
+        return audit_reproducible(
+            model,
+            chosen_control(chosen.ctrl),
+            **start,
+            duration=chosen.duration,
+            period=chosen.ctrl_period,
+            budget=chosen.budget,
+            policy=policy,
+            engines=ports() if chosen.engines == "all" else engine_names(chosen.engines),
+            **callbacks,
+        )
     old_audit = None
     if chosen.against is not None:
         old_audit = matching_audit(Path(path), chosen.against, chosen.alone)
-    start = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
     result: Audit = audit(
         model,
         chosen_control(chosen.ctrl),
@@ -445,7 +492,7 @@ def _run_audit(
         budget=chosen.budget,
         jobs=jobs,
         gradient=chosen.gradient,
-        policy=None if chosen.policy is None else load_policy(chosen.policy),
+        policy=policy,
         in_the_loop=chosen.in_the_loop,
         episodes=None if chosen.episodes is None else episode_plan(chosen),
         engines=engine_names(chosen.engines),
@@ -459,16 +506,16 @@ def _run_audit(
     return result
 
 
-def _missed_requirements(
-    result: Audit | ContactAudit, chosen: argparse.Namespace
-) -> Iterator[str]:
+def _missed_requirements(result: AnyAudit, chosen: argparse.Namespace) -> Iterator[str]:
     """Gives a sentence for each requirement of the user that the audit misses."""
     requirements: list[Callable[[], None]] = []
     if isinstance(result, Audit) and chosen.stable:
         requirements.append(result.assert_stable)
     if isinstance(result, Audit) and chosen.require_reference:
         requirements.append(result.assert_referenced)
-    if chosen.absolute is not None:
+    if isinstance(result, RepeatedMotion):
+        requirements.append(result.assert_reproducible)
+    elif chosen.absolute is not None:
         requirements.append(partial(result.assert_within, chosen.absolute))
     if isinstance(result, Audit) and chosen.return_within is not None:
         requirements.append(partial(result.assert_return_within, chosen.return_within))

@@ -12,6 +12,7 @@ from typing import Any
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.engines.difference.repetitions import RepeatedMotion
 from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
 from plumbob.reports.advice.audit_summary import AuditQuestion, Grade, audit_summary
 from plumbob.reports.records import notation
@@ -24,6 +25,7 @@ from plumbob.reports.view.page import fill_page
 from plumbob.reports.view.tables import table_or_none
 from plumbob.reports.view.tables import terminal_lines as text_lines
 
+AnyAudit = Audit | ContactAudit | RepeatedMotion
 MOST_LINES = 8  # largest number of lines of an audit on the terminal, unless all are asked for
 
 
@@ -68,12 +70,14 @@ def audit_report(audit: Audit) -> AuditReport:
     )
 
 
-def audit_answer(audit: Audit | ContactAudit) -> Finding:
+def audit_answer(audit: AnyAudit) -> Finding:
     """Returns the finding that the template writes of an audit. Its first table is the answer; its
     other tables and figures are for the page."""
     numbers: dict[str, Any] = {"audit": audit, "file": Path(audit.name).name}
     if isinstance(audit, ContactAudit):
         (finding,) = worded("audit/contacts", numbers | contact_numbers(audit))
+    elif isinstance(audit, RepeatedMotion):
+        (finding,) = worded("audit/reproducible", numbers)
     else:
         advice = audit_advice(audit)
         numbers |= {"advice": advice, "to_do": to_do_text(audit, advice)}
@@ -151,7 +155,7 @@ def _short_rows(audit: Audit) -> list[tuple[str, str]]:
 
 def page(
     answer: Finding,
-    audit: Audit | ContactAudit,
+    audit: AnyAudit,
     command: str,
     replay: Replay | None = None,
 ) -> str:
@@ -167,8 +171,8 @@ def page(
         seconds=notation.seconds,
         replay=replay,
         code=audit.snippet if isinstance(audit, ContactAudit) else "",
-        report=None if isinstance(audit, ContactAudit) else audit_report(audit),
-        card=() if isinstance(audit, ContactAudit) else card_lines(audit),
+        report=audit_report(audit) if isinstance(audit, Audit) else None,
+        card=card_lines(audit) if isinstance(audit, Audit) else (),
     )
 
 

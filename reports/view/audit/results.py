@@ -8,19 +8,26 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.engines.difference.repetitions import RepeatedMotion
 from plumbob.reports.advice.fixed_file import FIXED_SECONDS, FixedFile, write_fixed_file
-from plumbob.reports.view.audit.page import answer_lines, answer_rows, audit_answer, card_lines
+from plumbob.reports.view.audit.page import (
+    AnyAudit,
+    answer_lines,
+    answer_rows,
+    audit_answer,
+    card_lines,
+)
 from plumbob.reports.view.audit.records import record
 from plumbob.reports.view.page import fill_page
 
 
 class _Shown:
-    """Methods that show an audit, for both kinds of audits."""
+    """Methods that show an audit, for all kinds of audits."""
 
     @property
-    def _audit(self) -> Audit | ContactAudit:
+    def _audit(self) -> AnyAudit:
         """The instance as the audit that a subclass makes it."""
-        assert isinstance(self, (Audit, ContactAudit))
+        assert isinstance(self, (Audit, ContactAudit, RepeatedMotion))
         return self
 
     def __repr__(self) -> str:
@@ -32,6 +39,8 @@ class _Shown:
         if isinstance(audit, Audit):
             return card_lines(audit)
         answer = dict(answer_rows(audit_answer(audit)))
+        if isinstance(audit, RepeatedMotion):
+            return [answer["answer"]]
         return [
             answer["your contacts" if audit.own else "not run"],
             *audit.snippet.splitlines(),
@@ -118,3 +127,14 @@ class ContactResult(_Shown, ContactAudit):
     `turning`. `errors(run)` [m] are the errors of a run by heading, against `distances` [m], which
     are known to `known` [m]; `error(run)` [m] is the largest of them. `assert_within(metres)`
     raises AssertionError."""
+
+
+class RepeatedResult(_Shown, RepeatedMotion):
+    """The answer of `plumbob.audit_reproducible`.
+
+    `repetitions` holds a row for each way in which the motion was computed again: its `verdict`
+    ("same bits", "within", "beyond", "open" or "not run"), the `factor` by which its largest
+    difference uses what rounding and the solver allow, the time `begin` [s] from which on it is
+    beyond, and the difference at the `end` [m or rad]. `difference` has the growth of the
+    difference beside the band, and `steps` what single steps differ by. `beyond` and `open` are the
+    rows with these verdicts. `assert_reproducible()` raises AssertionError if a row is beyond."""
