@@ -47,6 +47,7 @@ class Repetition:
     name: str
     kind: RepetitionKind
     why: str = ""  # why it has no motion, or an end before the motion's; empty if neither
+    diverges: bool = False  # whether it ends before the motion does
     difference: MotionDifference | None = None  # None if it has no motion
     # Single steps from the states of the motion; None if they are the same computation
     steps: StepsBeside | None = None
@@ -58,10 +59,10 @@ class Repetition:
         """The verdict: "beyond" if the motion leaves the band, ends early, or a single step leaves
         more than rounding and the solver allow; "open" if the time ended before all steps were
         checked."""
+        if self.diverges or self.factor > 1.0:
+            return "beyond"
         if self.difference is None:
             return "not run"
-        if self.factor > 1.0 or self.why:
-            return "beyond"
         if self.difference.first is None:
             return "same bits"
         if self.steps is not None and self.steps.why:
@@ -257,15 +258,15 @@ def held(
     finite = np.isfinite(states).all(axis=1)
     ended = len(states) if finite.all() else int(np.argmin(finite))
     count = min(ended, len(recording.states))
-    why = ""
-    if count < len(recording.states):
-        why = f"it diverges within {recording.times[count]:g} s"
+    diverges = count < len(recording.states)
+    why = f"it diverges within {recording.times[count]:g} s" if diverges else ""
     if count < 2:
-        return Repetition(name, kind, why)
+        return Repetition(name, kind, why, diverges)
     times = recording.times[:count]
     second = replace(recording, name=name, times=times, states=states[:count])
     pairs = np.tile(np.arange(count)[:, None], 2)
-    return Repetition(name, kind, why, motion_difference(band, second, pairs, left))
+    difference = motion_difference(band, second, pairs, left)
+    return Repetition(name, kind, why, diverges, difference)
 
 
 def samples_of(model: OwnModel, recording: Recording) -> SampleSteps:

@@ -122,14 +122,16 @@ def _with_step(
     """Returns the result with the step in an interval."""
     samples, step = own.samples, own[interval]
     change = _change(samples, other.outcome, step.outcome)
-    # Two solvers that converge have the same answer: it may differ by rounding alone.
+    # Two solvers that converge have the same answer but for rounding, and for what the model's own
+    # solver leaves.
     answers = _change(samples, other.converged, step.converged)
     result = replace(
         result,
         checked=result.checked + 1,
         apart=max(result.apart, largest_acceleration(samples, change)),
     )
-    held = (change, step.allowed.whole + other.allowed), (answers, step.allowed.rounding)
+    allowed = step.allowed.whole
+    held = (change, allowed + other.allowed), (answers, allowed)
     degrees = samples.space.velocities
     uses = [use_by_kind(*pair, degrees) for pair in held]
     worst = int(np.argmax(uses))

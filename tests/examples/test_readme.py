@@ -91,6 +91,7 @@ NOT_RUN = {
         ),
         "an index of packages: tests/releases has releases of its own",
     ),
+    "plumbob audit my.xml --reproducible": "seconds: test_reproducible.py has a smaller model",
     "plumbob difference a.npz b.npz --model my.xml": "test_difference_command.py makes recordings",
     "plumbob difference a.npz --model my.xml": "the same with one recording",
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",
