@@ -129,9 +129,11 @@ class SampleSteps:
         """Returns what the steps of an interval may leave."""
         return Allowed(self.rounding(before, interval), self.solver(before))
 
-    def rounding(self, before: StepInput, interval: int) -> Array:
-        """Returns what rounding may leave of the steps of an interval: measured by nudges."""
-        nudged = self.steps.nudged(before, self.precision, self.recording.resolution.unit)
+    def rounding(self, before: StepInput, interval: int, converged: bool = False) -> Array:
+        """Returns what rounding may leave of the steps of an interval, with the model's solver or
+        with one that has `converged`: measured by nudges."""
+        unit = self.recording.resolution.unit
+        nudged = self.steps.nudged(before, self.precision, unit, converged)
         largest = ROUNDING * np.sqrt(np.mean(nudged**2, axis=0))
         return np.asarray(largest + self.unit_after(interval))
 

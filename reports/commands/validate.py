@@ -14,6 +14,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
+from plumbob.engines.study.repeating import RepeatedPair, repeated_pairs
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.workers import Workers
@@ -37,7 +38,7 @@ from plumbob.reports.view.own_files import check_replaceable
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-INCOMPLETE = 3
+UNEXPECTED, INCOMPLETE = 1, 3
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -100,11 +101,12 @@ def _measure_and_report(
                     "what is measured is stored: the same command goes on from there"
                 )
                 raise
+            repeated = repeated_pairs(study, show) if chosen.repeat else ()
         for task in checkpoint.given_up:
             note(f"given up: {task}; the same command tries it again")
         number = checkpoint.number
         try:
-            code = _print_and_write(chosen, out, study, junit, judged[0])
+            code = _print_and_write(chosen, out, study, junit, judged[0], repeated)
             return code or (INCOMPLETE if checkpoint.given_up else 0)
         except BaseException as error:
             report = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
@@ -118,9 +120,10 @@ def _print_and_write(
     study: Study,
     junit: Path | None,
     judged: Judgements,
+    repeated: Sequence[RepeatedPair],
 ) -> int:
-    """Writes the pages of the study and the JUnit file if there is one, and prints the verdicts.
-    Returns the exit code."""
+    """Writes the pages of the study and the JUnit file if there is one, and prints the verdicts and
+    the pairs that were `repeated`. Returns the exit code."""
     from plumbob.reports.view.site.writing import write_study_pages
     from plumbob.reports.view.terminal import study_values
     from plumbob.reports.view.user_settings import cost_factor
@@ -133,7 +136,7 @@ def _print_and_write(
     tables = StudyColumns(study, judged)
     values.show(
         chosen,
-        study_records(study, judged, user_rows),
+        study_records(study, judged, user_rows, repeated),
         "study",
         columns=lambda: tables.errors if chosen.csv else tables.pairs,
         **study_values(study, results, chosen.verbose),
@@ -141,8 +144,10 @@ def _print_and_write(
         results=user_rows,
         like=chosen.like,
         factor=cost_factor,
+        repeated=repeated,
     )
-    return exit_code(study, results)
+    other_bits = any(pair.unexpected for pair in repeated)
+    return UNEXPECTED if other_bits else exit_code(study, results)
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:

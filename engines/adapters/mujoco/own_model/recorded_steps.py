@@ -81,6 +81,11 @@ class MujocoRecordedSteps:
         return copy.copy(self.model)
 
     @cached_property
+    def changed_converging(self) -> Any:
+        """A copy of the model with a solver that runs to its floor, for nudges."""
+        return copy.copy(self.converging)
+
+    @cached_property
     def changed_data(self) -> Any:
         """The mjData of the changed copy."""
         return self._new_data(self.changed)
@@ -148,13 +153,14 @@ class MujocoRecordedSteps:
         before: StepInput,
         precision: type[np.floating[Any]],
         stored: Callable[[Array], Array],
+        converged: bool = False,
     ) -> Array:
         """Returns the changes of the state after the steps, in tangent coordinates, shape (NUDGES,
         m), if the state, the controls, the forces and the numbers of the model change by a unit in
         the last place of a precision. State and controls change by `stored` of their values if that
-        is more."""
+        is more. If `converged`, the solver runs to its floor."""
         model = self.model
-        outcome = self.after(before)
+        outcome = self._after(self.converging if converged else model, self.data, before)
         largest = sum(np.abs(getattr(self.data, name)) for name in NUDGED_FORCES)
         unit = unit_in_last_place(np.asarray(largest), precision)
         rng = np.random.default_rng(0)
@@ -165,7 +171,7 @@ class MujocoRecordedSteps:
             size = size if least is None else np.maximum(size, least(values))
             return np.asarray(values + rng.choice([-1.0, 1.0], values.shape) * size)
 
-        other = self.changed
+        other = self.changed_converging if converged else self.changed
         changes = np.empty((NUDGES, 2 * model.nv + model.na))
         for number, numbers in enumerate(self._nudged_numbers(precision)):
             _set_fields(other, numbers)
