@@ -32,7 +32,7 @@ from plumbob.engines.difference.steps_beside import (
     OwnStep,
     OwnSteps,
     StepsBeside,
-    steps_beside,
+    compared_steps,
 )
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 from plumbob.engines.peer_model import RefusedFile
@@ -42,7 +42,7 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
 WORLDS = 8  # copies in a batch
-PLACES = [0, 3, 7]  # places of the motion in a batch; the others hold other states of it
+PLACES = (0, 3, 7)  # places of the motion in a batch; the others hold other states of it
 PORT_STEPS_TIME = 0.3  # part of the time in which the steps of a port are checked
 HANGS = 600.0  # [s] processor time beside the allowed one: ports compile
 
@@ -159,10 +159,10 @@ def _in_a_batch(
     count = len(recording.states)
     rows = np.linspace(0, count - 1, WORLDS, dtype=int)
     states = recording.states[rows]
-    states[PLACES] = start.state
+    states[list(PLACES)] = start.state
     warm_starts = np.tile(start.warm_start, (WORLDS, 1))
     controls = np.tile(start.controls, (WORLDS, 1, 1))
-    runs = copies.run(states, warm_starts, controls)[PLACES]
+    runs = copies.run(states, warm_starts, controls)[list(PLACES)]
     samples = samples_of(model, replace(recording, states=alone[:count]))
     run = most_apart(alone[:count], runs)
     name = f"{label}, at {len(PLACES)} places of a batch"
@@ -178,7 +178,7 @@ def _steps(own: OwnSteps, copies: Copies, model: OwnModel, allowance: Allowance)
         as the model's own."""
         return OtherStep(next(outcomes), step.converged, step.allowed.solver)
 
-    steps = steps_beside(own, take, allowance)
+    steps = compared_steps(own, take, allowance)
     if not steps.use > 1.0:
         return steps
     samples = own.samples

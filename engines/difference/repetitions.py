@@ -21,20 +21,20 @@ from plumbob.engines.difference.steps_beside import (
     OwnSteps,
     SolverRun,
     StepsBeside,
+    compared_steps,
     other_steps,
     solver_run,
-    steps_beside,
 )
-from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script, Variation
+from plumbob.engines.own_motion import ModelVariation, NotCertifiable, OwnModel, Script
 from plumbob.engines.recorded_step import StepInput
 
 THREADS = (1, 2, 4)
 COPIES = 10  # runs of the same motion in a batch
 OTHERS = 7  # runs of other motions in a batch whose order changes
-MOST_STEPS = 20_000  # most steps of a motion that is repeated
+MOST_REPEATED_STEPS = 20_000  # most steps of a motion that is repeated
 BAND_TIME = 0.4  # part of the time in which the band is measured
-STEPS_TIME = 0.05  # part of the time in which the steps of a variation are checked
-Verdict = Literal["same bits", "within", "beyond", "open", "not run"]
+VARIED_STEPS_TIME = 0.05  # part of the time in which the steps of a variation are checked
+RepetitionVerdict = Literal["same bits", "within", "beyond", "open", "not run"]
 RepetitionKind = Literal[
     "again", "batch", "jacobian", "converged", "solver", "flag", "sleep", "port"
 ]
@@ -55,7 +55,7 @@ class Repetition:
     own_solver: SolverRun | None = None  # what the solver of the other motion leaves
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RepetitionVerdict:
         """The verdict: "beyond" if the motion leaves the band, ends early, or a single step leaves
         more than rounding and the solver allow; "open" if the time ended before all steps were
         checked."""
@@ -142,8 +142,8 @@ def start_of(script: Script, model: OwnModel) -> StepInput:
     NotCertifiable if there are too many steps."""
     parts = script.parts(model.step)
     count = parts * len(script.controls)
-    if count > MOST_STEPS:
-        raise NotCertifiable(f"{count} steps; at most {MOST_STEPS} are repeated")
+    if count > MOST_REPEATED_STEPS:
+        raise NotCertifiable(f"{count} steps; at most {MOST_REPEATED_STEPS} are repeated")
     velocity = model.layout.velocity
     return StepInput(
         state=script.start,
@@ -188,22 +188,26 @@ class Repeater:
     def _batches(self) -> Iterator[tuple[str, Callable[[], Array]]]:
         """Yields the name of each batch, and a function that returns the states of the runs of this
         motion in it, shape (runs, steps + 1, n)."""
-        model, start = self.model, self.start
-        same = np.tile(start.state, (COPIES, 1))
+        same = np.tile(self.start.state, (COPIES, 1))
         for threads in THREADS:
             name = f"{COPIES} copies on {threads} thread{'s' if threads > 1 else ''}"
-            yield name, partial(model.batch, same, start.controls, threads)
+            yield name, partial(self.model.batch, same, self.controls, threads)
         yield f"among {OTHERS} others, in two orders", self._in_both_orders
+
+    @property
+    def controls(self) -> Array:
+        """The controls of the steps that are finite. MuJoCo ends the process if a batch fails."""
+        return self.start.controls[: len(self.recording.states) - 1]
 
     def _in_both_orders(self) -> Array:
         """Returns the states of this motion among others in a batch, in two orders."""
         rows = np.linspace(0, len(self.recording.states) - 1, OTHERS + 1, dtype=int)
-        states, controls = self.recording.states[rows], self.start.controls
-        first = self.model.batch(states, controls, THREADS[-1])[0]
-        last = self.model.batch(states[::-1], controls, THREADS[-1])[-1]
+        states = self.recording.states[rows]
+        first = self.model.batch(states, self.controls, THREADS[-1])[0]
+        last = self.model.batch(states[::-1], self.controls, THREADS[-1])[-1]
         return np.stack([first, last])
 
-    def varied(self, variation: Variation) -> Repetition:
+    def varied(self, variation: ModelVariation) -> Repetition:
         """Returns the repetition of a model with another setting, beside the model whose motion it
         should have."""
         own, band = self.own, self.band
@@ -220,7 +224,7 @@ class Repeater:
         if np.array_equal(run.states, own.samples.recording.states) or kind == "sleep":
             return held(band, name, kind, run.states)
         take = other_steps(samples_of(variation.model, own.samples.recording))
-        steps = steps_beside(own, take, self.allowance.part(STEPS_TIME))
+        steps = compared_steps(own, take, self.allowance.part(VARIED_STEPS_TIME))
         solver = solver_run(samples_of(variation.model, run))
         left = np.zeros((own.samples.intervals, solver.left.shape[1]))
         left[: len(solver.left)] = solver.left
@@ -229,7 +233,7 @@ class Repeater:
 
     @cached_property
     def own_solver(self) -> SolverRun:
-        """What the model's own solver leaves along the motion."""
+        """The steps of the model's own solver along the motion, and what it leaves of them."""
         return solver_run(self.own.samples)
 
     def _measurement(self, samples: SampleSteps) -> BandMeasurement:

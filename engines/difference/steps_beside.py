@@ -39,7 +39,7 @@ class StepsBeside:
 
 @dataclass(frozen=True)
 class SolverRun:
-    """What the solver leaves of the steps of a run."""
+    """The iterations of the solver in the steps of a run, and what it leaves of them."""
 
     left: Array  # changes of the states after steps, in tangent coordinates, shape (steps, m)
     largest: float  # largest acceleration that it leaves [m/s², rad/s²]
@@ -104,7 +104,7 @@ def other_steps(samples: SampleSteps) -> Callable[[OwnStep], OtherStep]:
     return other_step
 
 
-def steps_beside(
+def compared_steps(
     own: OwnSteps, take: Callable[[OwnStep], OtherStep], allowance: Allowance
 ) -> StepsBeside:
     """Returns the steps that `take` takes beside those of a model, within a time."""

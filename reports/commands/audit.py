@@ -377,13 +377,14 @@ def _audit_row(
             _write_into(chosen.out, json_text({**data, "path": path}), _record_file(page_name))
     except ParameterError as why:
         return refused_row(path, str(why))
-    open_rows = isinstance(result, RepeatedMotion) and result.open
+    undecided = isinstance(result, RepeatedMotion) and bool(result.open)
+    code = MISSED if missed else MISSING * undecided
     return Row(
         path=path,
         error=_error_of(result),
         step=data.get("step"),
         says=data.get("to_do", ""),
-        code=MISSED if missed else MISSING if open_rows else 0,
+        code=code,
         data=data,
         page=page_name,
         missed="; ".join(missed),

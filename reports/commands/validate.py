@@ -38,7 +38,8 @@ from plumbob.reports.view.own_files import check_replaceable
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-UNEXPECTED, INCOMPLETE = 1, 3
+INCOMPLETE = 3
+OTHER_BITS = 1  # exit code: a pair has other bits when it is repeated
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -147,7 +148,7 @@ def _print_and_write(
         repeated=repeated,
     )
     other_bits = any(pair.unexpected for pair in repeated)
-    return UNEXPECTED if other_bits else exit_code(study, results)
+    return OTHER_BITS if other_bits else exit_code(study, results)
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:

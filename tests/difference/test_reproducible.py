@@ -15,7 +15,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.difference.repetitions import Repeater, recorded_run, start_of
-from plumbob.engines.own_motion import Variation
+from plumbob.engines.own_motion import ModelVariation
 from plumbob.reports.cli import main
 
 BOX = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>
@@ -46,7 +46,7 @@ def varied(repeater, kind="flag", **changes):
         values = changed.opt.gravity if name == "gravity" else getattr(changed, name)
         values[:] *= factor
     model = replace(repeater.model, effective=changed)
-    return repeater.varied(Variation("changed", kind, model, repeater.model))
+    return repeater.varied(ModelVariation("changed", kind, model, repeater.model))
 
 
 def test_a_healthy_model_is_reproducible(files, capsys):
@@ -101,7 +101,7 @@ def test_a_solver_row_says_what_its_tolerance_and_iterations_leave():
     changed = copy.copy(once.model.effective)
     changed.opt.solver, changed.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, 1
     model = replace(once.model, effective=changed)
-    row = once.varied(Variation("one iteration", "solver", model, once.model))
+    row = once.varied(ModelVariation("one iteration", "solver", model, once.model))
     assert row.verdict == "within"
     assert (row.solver.iterations, row.solver.at_cap) == (1, row.solver.steps)
     full = copy.copy(changed)

@@ -24,7 +24,7 @@ from plumbob.engines.adapters.mujoco.own_model.user_stepper import (
     like_start,
 )
 from plumbob.engines.adapters.mujoco.terms import apart, put, state_of
-from plumbob.engines.recorded_step import StepInput, StepOutcome, StepRun, Suspect
+from plumbob.engines.recorded_step import RecordedRun, StepInput, StepOutcome, Suspect
 
 # Numbers of a model that a step computes with: those of its mass matrix, of its forces, and of the
 # places of its shapes
@@ -123,7 +123,7 @@ class MujocoRecordedSteps:
         return int(self.model.opt.iterations)
 
     @collected()
-    def run(self, before: StepInput) -> StepRun:
+    def run(self, before: StepInput) -> RecordedRun:
         """Returns the run of all steps of `before`, in new mjData. It ends early if it diverges."""
         data = self._new_data(self.model)
         self._begin(self.model, data, before)
@@ -138,7 +138,7 @@ class MujocoRecordedSteps:
                 break
             states.append(state_of(data))
             warm_starts.append(np.array(data.qacc_warmstart))
-        return StepRun(np.array(states), np.array(warm_starts))
+        return RecordedRun(np.array(states), np.array(warm_starts))
 
     def after(self, before: StepInput) -> StepOutcome:
         """Returns the outcome of the model's own steps."""

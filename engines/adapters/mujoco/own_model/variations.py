@@ -21,7 +21,7 @@ from plumbob.engines.own_motion import VariationKind
 SOLVERS = ("PGS", "CG", "Newton")
 Changed = tuple[str, VariationKind, Any, Any]
 """A name, a kind, a compiled model, and the compiled model whose motion it should have."""
-# Name of a flag's row, its kind, its enumeration in `MjOption`, and its name there. Islands were
+# Name of a flag's row, its kind, its field of a model's options, and its name there. Islands were
 # enabled by a flag before they were disabled by one.
 FLAGS: tuple[tuple[str, VariationKind, str, str], ...] = (
     ("islands", "flag", "disableflags", "mjDSBL_ISLAND"),
