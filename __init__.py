@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from plumbob.reports.audit_from_python import audit, audit_contacts
+    from plumbob.reports.audit_from_python import audit, audit_contacts, audit_reproducible
     from plumbob.reports.difference_from_python import assert_same_motion, difference
     from plumbob.reports.judge.assertion import check
     from plumbob.reports.stored_results import load_results as load
@@ -15,6 +15,7 @@ __all__ = [
     "assert_same_motion",
     "audit",
     "audit_contacts",
+    "audit_reproducible",
     "check",
     "difference",
     "load",
@@ -35,6 +36,10 @@ def __getattr__(name: str) -> Any:
         from plumbob.reports.audit_from_python import audit_contacts
 
         return audit_contacts
+    if name == "audit_reproducible":
+        from plumbob.reports.audit_from_python import audit_reproducible
+
+        return audit_reproducible
     if name == "load":
         from plumbob.reports.stored_results import load_results
 

@@ -18,13 +18,14 @@ from plumbob.engines.method import (
     KnownLimit,
     KnownStepLimit,
     NotRead,
+    NotRepeatable,
     fits,
 )
 
 FOLDER = Path(__file__).parent / "limits"
 SIZES_SUFFIX = ".sizes.jsonl"  # suffix of the table of sizes beside a file of limits
 SceneMethod = tuple[str, str]  # names of a scene and a method
-Entry = TypeVar("Entry", KnownLimit, KnownStepLimit, KnownGradientLimit, NotRead)
+Entry = TypeVar("Entry", KnownLimit, KnownStepLimit, KnownGradientLimit, NotRead, NotRepeatable)
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Limits:
     step_limits: tuple[KnownStepLimit, ...] = ()
     gradient_limits: tuple[KnownGradientLimit, ...] = ()
     not_read: tuple[NotRead, ...] = ()
+    not_repeatable: tuple[NotRepeatable, ...] = ()
     sizes: Mapping[SceneMethod, Size] = field(default_factory=dict)
     solvers: Mapping[SceneMethod, Mapping[float, float]] = field(default_factory=dict)
     """Relative errors of solvers that choose their steps, by tolerance, if above round-off."""
@@ -69,6 +71,11 @@ class Limits:
             if fits(by, limit.by) and fits(way, limit.ways):
                 return limit
         return None
+
+    def other_bits(self, scene: str, method: str) -> str:
+        """The reason why a scene with a method may not repeat its bits; empty if it should."""
+        entry = next(_matching(self.not_repeatable, scene, method), None)
+        return entry.reason if entry else ""
 
     def unread(self, scene: str, method: str) -> Mapping[str, str]:
         """{observable: reason} of the observables that the engine does not give for a scene with a
@@ -117,6 +124,7 @@ def read_limits(file: Path) -> Limits:
     step_limits = _entries(KnownStepLimit, content.pop("step_limits", ()))
     gradient_limits = _entries(KnownGradientLimit, content.pop("gradient_limits", ()))
     not_read = _entries(NotRead, content.pop("not_read", ()))
+    not_repeatable = _entries(NotRepeatable, content.pop("not_repeatable", ()))
     loosely_known = content.pop("loosely_known", ())
     if content:
         raise TypeError(f"unknown entries: {', '.join(content)}")
@@ -125,6 +133,7 @@ def read_limits(file: Path) -> Limits:
         step_limits=step_limits,
         gradient_limits=gradient_limits,
         not_read=not_read,
+        not_repeatable=not_repeatable,
         loosely_known=loosely_known,
     )
     table = file.with_suffix(SIZES_SUFFIX)

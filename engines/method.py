@@ -183,6 +183,16 @@ class KnownGradientLimit:
 
 
 @dataclass(frozen=True)
+class NotRepeatable:
+    """Scenes on which methods of an engine do not repeat their bits in another process, or in
+    another order of runs."""
+
+    scenes: Patterns
+    methods: Patterns
+    reason: str
+
+
+@dataclass(frozen=True)
 class NotRead:
     """Observables that an engine does not give for these scenes with these methods."""
 

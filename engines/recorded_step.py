@@ -29,11 +29,11 @@ class StepOutcome:
     warm_start: Array  # acceleration with which the solver of the next step begins
     # Contacts and limits that were active at the beginning of the first step
     touching: tuple[Any, ...]
-    iterations: int = 0  # of the solver in the last step, the most of any island
+    iterations: int = 0  # most iterations of the solver of any island in the last step
 
 
 @dataclass(frozen=True)
-class StepRun:
+class RecordedRun:
     """A run of steps, from its start to its end or to the last finite state."""
 
     states: Array  # qpos, qvel and act at the start and after each step, shape (n + 1, numbers)
@@ -60,7 +60,7 @@ class RecordedSteps(Protocol):
     def units(self) -> tuple[str, ...]: ...
     @property
     def most_iterations(self) -> int: ...
-    def run(self, before: StepInput) -> StepRun: ...
+    def run(self, before: StepInput) -> RecordedRun: ...
     def after(self, before: StepInput) -> StepOutcome: ...
     def converged(self, before: StepInput) -> StepOutcome: ...
     def nudged(
@@ -68,6 +68,7 @@ class RecordedSteps(Protocol):
         before: StepInput,
         precision: type[np.floating[Any]],
         stored: Callable[[Array], Array],
+        converged: bool = False,
     ) -> Array: ...
     def touching(self, state: Array) -> tuple[Any, ...]: ...
     def names_of(self, touching: tuple[Any, ...]) -> tuple[str, ...]: ...

@@ -13,6 +13,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, counting, positive
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import RunsCopies
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import Audit, audited, with_gradient, with_returns
 from plumbob.engines.audit.contacts import SPEED, contacts_audited
@@ -34,6 +35,7 @@ from plumbob.engines.closed_loop import (
     NamedPolicy,
     PolicyAnswers,
 )
+from plumbob.engines.difference.port_repetitions import ports, repeated_motion
 from plumbob.engines.own_motion import (
     NotCertifiable,
     NotControlled,
@@ -46,7 +48,12 @@ from plumbob.engines.own_motion import (
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 from plumbob.reports.advice.creep_options import creep_options
-from plumbob.reports.view.audit.results import ContactResult, HoldsResult, MotionResult
+from plumbob.reports.view.audit.results import (
+    ContactResult,
+    HoldsResult,
+    MotionResult,
+    RepeatedResult,
+)
 
 AUDIT_SECONDS = 60.0  # [s] default processor time of an audit
 LEAST_EVALUATIONS = 10  # least evaluations of a model for any answer
@@ -330,6 +337,51 @@ def _check_budget(model: OwnModel, motion: Script, budget: float) -> None:
 def _duration_or_default(duration: float | None) -> float:
     """Returns the duration [s], or the default one; raises ParameterError if it is not positive."""
     return DURATION if duration is None else positive("duration", duration)
+
+
+@quiet()
+def audit_reproducible(
+    model: Any,
+    control: str | Array = "rest",
+    *,
+    keyframe: int | str | None = None,
+    qpos: Sequence[float] | None = None,
+    qvel: Sequence[float] | None = None,
+    duration: float | None = None,
+    period: float | None = None,
+    budget: float = AUDIT_SECONDS,
+    progress: Callable[[str], None] = lambda what: None,
+    policy: Policy | NamedPolicy | None = None,
+    engines: Sequence[str] = (),
+) -> RepeatedResult:
+    """Computes the motion of a model's own steps again in other ways, in which its bits, or all but
+    rounding and the solver's tolerance, should be the same: once more, on several threads, with
+    another Jacobian, other solvers and flags, and in ports of MuJoCo named in `engines`.
+
+    Arguments are those of `audit`; each engine takes about as much time again, and time to compile.
+    Raises ParameterError.
+
+    >>> import mujoco
+    >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
+    ...   <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>'''
+    >>> found = audit_reproducible(mujoco.MjModel.from_xml_string(rod), duration=0.1)
+    >>> found.repetitions[0].verdict, found.assert_reproducible()
+    ('same bits', None)
+    """
+    _check_effort(budget, 1)
+    for name in engines:
+        if find_engine(name).ability(RunsCopies) is None:
+            raise ParameterError("engines", name, f"of {', '.join(ports())}")
+    given = (control, policy, duration, period, budget)
+    user_model, motion = user_motion(model, Start(keyframe, qpos, qvel), *given)
+    control_name = _control_name(control, policy, False)
+    try:
+        allowance = Allowance(budget, progress=progress)
+        result = repeated_motion(user_model, motion, control_name, allowance, engines)
+    except NotCertifiable as reason:
+        wanted = f"one whose motion can be repeated; {reason}"
+        raise ParameterError("model", _model_name(model), wanted) from None
+    return RepeatedResult(**vars(result))
 
 
 @quiet()

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
@@ -21,6 +22,7 @@ from plumbob.engines.difference.sample_steps import (
 from plumbob.engines.difference.step_check import CheckedSteps, check_steps
 from plumbob.engines.own_motion import OwnModel
 
+Places = NDArray[np.int_]  # indices of samples
 STEPS_TIME = 0.3  # part of the time in which the steps of each recording are checked
 
 
@@ -96,7 +98,7 @@ def compared_motions(
     return ComparedMotions(model, recordings, tuple(steps), difference)
 
 
-def common_rows(first: Recording, second: Recording, step: float) -> Array:
+def common_rows(first: Recording, second: Recording, step: float) -> Places:
     """Returns the rows of two recordings at common times, shape (n, 2). Raises ParameterError if
     there are fewer than two."""
     nearest = np.clip(np.searchsorted(second.times, first.times), 1, len(second.times) - 1)
@@ -112,7 +114,10 @@ def common_rows(first: Recording, second: Recording, step: float) -> Array:
 
 
 def motion_difference(
-    measurement: BandMeasurement, second: Recording, pairs: Array, left: Array | None = None
+    measurement: BandMeasurement,
+    second: Recording,
+    pairs: Places,
+    left: Array | None = None,
 ) -> MotionDifference:
     """Returns the difference of two recordings at the rows of `pairs`, and the band along the
     first, measured by `measurement`, from the last common sample on at which they have the same
@@ -139,7 +144,7 @@ def motion_difference(
     return _record(samples, pairs, changes, rows, at_start, band)
 
 
-def _band_rows(band: Band, places: Array, changes: Array, units: Array, degrees: int) -> Array:
+def _band_rows(band: Band, places: Places, changes: Array, units: Array, degrees: int) -> Array:
     """Returns the largest estimate, bound and part of the solver of any position, and the use of
     the band by the `changes`, at samples that come so many `places` after the first of the band,
     shape (4, n): before the band 0, after it NaN. The first `degrees` numbers are positions. The
@@ -152,13 +157,16 @@ def _band_rows(band: Band, places: Array, changes: Array, units: Array, degrees:
             sample = band.samples[place - 1]
             parts = (sample.estimate, sample.bound, sample.solver)
             rows[:3, number] = [part[:degrees].max() for part in parts]
-            rows[3, number] = _use(changes[number], sample.bound + units[number], degrees)
+            rows[3, number] = use_by_kind(
+                changes[number], sample.bound + units[number], degrees
+            )
     return rows
 
 
-def _use(change: Array, bound: Array, degrees: int) -> float:
+def use_by_kind(change: Array, bound: Array, degrees: int) -> float:
     """Returns the largest ratio of a difference to the bound of its kind: positions, velocities and
-    activations, each with the largest bound of its kind."""
+    activations, each with the largest bound of its kind. Factorisations mix coordinates, so that
+    their rounding is bounded by the largest coordinate and not by each."""
     ends = (degrees, 2 * degrees)
     kinds = zip(np.split(np.abs(change), ends), np.split(bound, ends), strict=True)
     tiny = np.finfo(float).tiny
@@ -167,7 +175,7 @@ def _use(change: Array, bound: Array, degrees: int) -> float:
 
 def _record(
     samples: SampleSteps,
-    pairs: Array,
+    pairs: Places,
     changes: Array,
     rows: Array,
     at_start: bool,

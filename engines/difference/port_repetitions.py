@@ -3,6 +3,7 @@ batch, in the precisions that each port has."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -16,11 +17,14 @@ from plumbob.engines.difference.band import BandMeasurement
 from plumbob.engines.difference.recording import DOUBLE, SINGLE, Recording
 from plumbob.engines.difference.repetitions import (
     BAND_TIME,
-    STEPS_TIME,
+    RepeatedMotion,
+    Repeater,
     Repetition,
     held,
     most_apart,
+    recorded_run,
     samples_of,
+    start_of,
 )
 from plumbob.engines.difference.sample_steps import SampleSteps
 from plumbob.engines.difference.steps_beside import (
@@ -28,9 +32,9 @@ from plumbob.engines.difference.steps_beside import (
     OwnStep,
     OwnSteps,
     StepsBeside,
-    steps_beside,
+    compared_steps,
 )
-from plumbob.engines.own_motion import OwnModel
+from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 from plumbob.engines.peer_model import RefusedFile
 from plumbob.engines.recorded_step import StepInput, StepOutcome
 from plumbob.engines.registry import engines, find_engine, installed
@@ -38,8 +42,37 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
 WORLDS = 8  # copies in a batch
-PLACES = [0, 3, 7]  # places of the motion in a batch; the others hold other states of it
+PLACES = (0, 3, 7)  # places of the motion in a batch; the others hold other states of it
+PORT_STEPS_TIME = 0.3  # part of the time in which the steps of a port are checked
 HANGS = 600.0  # [s] processor time beside the allowed one: ports compile
+
+
+def repeated_motion(
+    model: OwnModel,
+    script: Script,
+    control: str,
+    allowance: Allowance,
+    engine_names: Sequence[str] = (),
+) -> RepeatedMotion:
+    """Returns the repetitions of the motion of a model's own steps under a script, in MuJoCo and in
+    the named ports. Raises NotCertifiable if the model's own run diverges at once, or has too many
+    steps."""
+    began = time.perf_counter()
+    start = start_of(script, model)
+    recording = recorded_run(model, start, "own")
+    if len(recording.times) < 3:
+        raise NotCertifiable("its own steps diverge within two steps")
+    rows = list(Repeater(model, start, recording, allowance).repetitions())
+    given = (engine_names, allowance.seconds, allowance.progress)
+    rows += port_repetitions(model, start, recording, *given)
+    return RepeatedMotion(
+        model=model,
+        script=script,
+        control=control,
+        recording=recording,
+        repetitions=tuple(rows),
+        seconds=time.perf_counter() - began,
+    )
 
 
 def ports() -> tuple[str, ...]:
@@ -59,7 +92,10 @@ def port_repetitions(
     """Yields the repetitions of a recorded run by each precision of the named engines. Each has a
     process of its own, and about `seconds` of processor time beside the time to compile."""
     tasks = []
-    for name in names:
+    for name in dict.fromkeys(names):
+        if not installed(find_engine(name)):
+            yield Repetition(name, "port", "it is not installed")
+            continue
         ability = find_engine(name).ability(RunsCopies)
         for double in ability.doubles if ability else ():
             label = f"{name} in {'double' if double else 'single'} precision"
@@ -94,13 +130,14 @@ def _repetitions(
             alone = copies.run(start.state[None], start.warm_start[None], start.controls[None])
         except RefusedFile as why:
             return [Repetition(label, "port", f"it refuses the model: {why}")]
-        own = OwnSteps(samples_of(model, recording))
-        steps = _steps(own, copies, model, Allowance(STEPS_TIME * seconds))
-        row = held(_band(own.samples, seconds), label, "port", alone[0])
-        rows = [replace(row, steps=steps)]
+        rows = []
         if np.isfinite(alone).all():
-            rows.append(_in_a_batch(label, copies, model, start, recording, alone[0], seconds))
-        return rows
+            rows = [_in_a_batch(label, copies, model, start, recording, alone[0], seconds)]
+        own = OwnSteps(samples_of(model, recording))
+        row = held(_band(own.samples, seconds), label, "port", alone[0])
+        # The batch before has compiled the port's step: its time does not count.
+        steps = _steps(own, copies, model, Allowance(PORT_STEPS_TIME * seconds))
+        return [replace(row, steps=steps), *rows]
 
 
 def _band(samples: SampleSteps, seconds: float) -> BandMeasurement:
@@ -122,10 +159,10 @@ def _in_a_batch(
     count = len(recording.states)
     rows = np.linspace(0, count - 1, WORLDS, dtype=int)
     states = recording.states[rows]
-    states[PLACES] = start.state
+    states[list(PLACES)] = start.state
     warm_starts = np.tile(start.warm_start, (WORLDS, 1))
     controls = np.tile(start.controls, (WORLDS, 1, 1))
-    runs = copies.run(states, warm_starts, controls)[PLACES]
+    runs = copies.run(states, warm_starts, controls)[list(PLACES)]
     samples = samples_of(model, replace(recording, states=alone[:count]))
     run = most_apart(alone[:count], runs)
     name = f"{label}, at {len(PLACES)} places of a batch"
@@ -139,9 +176,9 @@ def _steps(own: OwnSteps, copies: Copies, model: OwnModel, allowance: Allowance)
     def take(step: OwnStep) -> OtherStep:
         """Returns the step of the port. What its solver leaves is not known: it is allowed as much
         as the model's own."""
-        return OtherStep(next(outcomes), step.converged, step.allowed.solver, np.iinfo(int).max)
+        return OtherStep(next(outcomes), step.converged, step.allowed.solver)
 
-    steps, _ = steps_beside(own, take, allowance)
+    steps = compared_steps(own, take, allowance)
     if not steps.use > 1.0:
         return steps
     samples = own.samples
@@ -150,7 +187,7 @@ def _steps(own: OwnSteps, copies: Copies, model: OwnModel, allowance: Allowance)
     differing = set(touching) ^ set(first.outcome.touching)
     if differing:
         names = samples.steps.names_of(tuple(sorted(differing)))
-        return replace(steps, term="contact set", part=", ".join(names))
+        return replace(steps, term="contact set", part=", ".join(names), there=(0.0, 0.0))
     return steps
 
 

@@ -4,9 +4,9 @@ they differ, the band of rounding and of the solver that its difference is held 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -19,20 +19,22 @@ from plumbob.engines.difference.recording import DOUBLE, Recording
 from plumbob.engines.difference.sample_steps import SampleSteps, StepLaw
 from plumbob.engines.difference.steps_beside import (
     OwnSteps,
+    SolverRun,
     StepsBeside,
+    compared_steps,
     other_steps,
-    steps_beside,
+    solver_run,
 )
-from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script, Variation
+from plumbob.engines.own_motion import ModelVariation, NotCertifiable, OwnModel, Script
 from plumbob.engines.recorded_step import StepInput
 
 THREADS = (1, 2, 4)
 COPIES = 10  # runs of the same motion in a batch
 OTHERS = 7  # runs of other motions in a batch whose order changes
-MOST_STEPS = 20_000  # most steps of a motion that is repeated
+MOST_REPEATED_STEPS = 20_000  # most steps of a motion that is repeated
 BAND_TIME = 0.4  # part of the time in which the band is measured
-STEPS_TIME = 0.05  # part of the time in which the steps of a variation are checked
-Verdict = Literal["same bits", "within", "beyond", "open", "not run"]
+VARIED_STEPS_TIME = 0.05  # part of the time in which the steps of a variation are checked
+RepetitionVerdict = Literal["same bits", "within", "beyond", "open", "not run"]
 RepetitionKind = Literal[
     "again", "batch", "jacobian", "converged", "solver", "flag", "sleep", "port"
 ]
@@ -45,19 +47,22 @@ class Repetition:
     name: str
     kind: RepetitionKind
     why: str = ""  # why it has no motion, or an end before the motion's; empty if neither
+    diverges: bool = False  # whether it ends before the motion does
     difference: MotionDifference | None = None  # None if it has no motion
     # Single steps from the states of the motion; None if they are the same computation
     steps: StepsBeside | None = None
+    solver: SolverRun | None = None  # what its solver leaves along its own run
+    own_solver: SolverRun | None = None  # what the solver of the other motion leaves
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RepetitionVerdict:
         """The verdict: "beyond" if the motion leaves the band, ends early, or a single step leaves
         more than rounding and the solver allow; "open" if the time ended before all steps were
         checked."""
+        if self.diverges or self.factor > 1.0:
+            return "beyond"
         if self.difference is None:
             return "not run"
-        if self.factor > 1.0 or self.why:
-            return "beyond"
         if self.difference.first is None:
             return "same bits"
         if self.steps is not None and self.steps.why:
@@ -128,7 +133,7 @@ def recorded_run(model: OwnModel, start: StepInput, name: str) -> Recording:
     run = model.recorded_steps(model.integrator, model.step).run(start)
     count = len(run.states)
     held = np.vstack([start.controls, start.controls[-1:]])[:count]
-    times = model.step * np.arange(count)
+    times = np.asarray(model.step * np.arange(count), dtype=float)
     return Recording(name, times, run.states, held, run.warm_starts, DOUBLE)
 
 
@@ -137,29 +142,14 @@ def start_of(script: Script, model: OwnModel) -> StepInput:
     NotCertifiable if there are too many steps."""
     parts = script.parts(model.step)
     count = parts * len(script.controls)
-    if count > MOST_STEPS:
-        raise NotCertifiable(f"{count} steps; at most {MOST_STEPS} are repeated")
+    if count > MOST_REPEATED_STEPS:
+        raise NotCertifiable(f"{count} steps; at most {MOST_REPEATED_STEPS} are repeated")
     velocity = model.layout.velocity
     return StepInput(
         state=script.start,
         controls=np.repeat(script.controls, parts, axis=0),
         warm_start=np.zeros(velocity.stop - velocity.start),
     )
-
-
-def repeated_motion(
-    model: OwnModel, script: Script, control: str, allowance: Allowance
-) -> RepeatedMotion:
-    """Returns the repetitions of the motion of a model's own steps under a script, in MuJoCo.
-    Raises NotCertifiable if the model's own run diverges at once."""
-    began = time.perf_counter()
-    start = start_of(script, model)
-    recording = recorded_run(model, start, "own")
-    if len(recording.times) < 3:
-        raise NotCertifiable("its own steps diverge within two steps")
-    repeater = Repeater(model, start, recording, allowance)
-    rows = tuple(repeater.repetitions())
-    return RepeatedMotion(model, script, control, recording, rows, time.perf_counter() - began)
 
 
 @dataclass
@@ -198,41 +188,53 @@ class Repeater:
     def _batches(self) -> Iterator[tuple[str, Callable[[], Array]]]:
         """Yields the name of each batch, and a function that returns the states of the runs of this
         motion in it, shape (runs, steps + 1, n)."""
-        model, start = self.model, self.start
-        same = np.tile(start.state, (COPIES, 1))
+        same = np.tile(self.start.state, (COPIES, 1))
         for threads in THREADS:
             name = f"{COPIES} copies on {threads} thread{'s' if threads > 1 else ''}"
-            yield name, lambda threads=threads: model.batch(same, start.controls, threads)
-        last = len(self.recording.states) - 1
-        others = self.recording.states[np.linspace(1, last, OTHERS, dtype=int)]
+            yield name, partial(self.model.batch, same, self.controls, threads)
+        yield f"among {OTHERS} others, in two orders", self._in_both_orders
 
-        def in_both_orders() -> Array:
-            """Returns this motion among others, in two orders."""
-            states = np.vstack([start.state, others])
-            first = model.batch(states, start.controls, THREADS[-1])[0]
-            return np.stack([first, model.batch(states[::-1], start.controls, THREADS[-1])[-1]])
+    @property
+    def controls(self) -> Array:
+        """The controls of the steps that are finite. MuJoCo ends the process if a batch fails."""
+        return self.start.controls[: len(self.recording.states) - 1]
 
-        yield f"among {OTHERS} others, in two orders", in_both_orders
+    def _in_both_orders(self) -> Array:
+        """Returns the states of this motion among others in a batch, in two orders."""
+        rows = np.linspace(0, len(self.recording.states) - 1, OTHERS + 1, dtype=int)
+        states = self.recording.states[rows]
+        first = self.model.batch(states, self.controls, THREADS[-1])[0]
+        last = self.model.batch(states[::-1], self.controls, THREADS[-1])[-1]
+        return np.stack([first, last])
 
-    def varied(self, variation: Variation) -> Repetition:
+    def varied(self, variation: ModelVariation) -> Repetition:
         """Returns the repetition of a model with another setting, beside the model whose motion it
         should have."""
         own, band = self.own, self.band
+        own_solver: SolverRun | None = self.own_solver
         if variation.kind == "converged":
             recording = recorded_run(variation.beside, self.start, "converged")
             own = OwnSteps(samples_of(variation.beside, recording))
-            band = self._measurement(own.samples)
-        recording = own.samples.recording
+            band, own_solver = self._measurement(own.samples), None
+        name, kind = variation.name, variation.kind
         try:
-            run = recorded_run(variation.model, self.start, variation.name)
+            run = recorded_run(variation.model, self.start, name)
         except NotCertifiable as why:
-            return Repetition(variation.name, variation.kind, str(why))
-        if np.array_equal(run.states, recording.states) or variation.kind == "sleep":
-            return held(band, variation.name, variation.kind, run.states)
-        take = other_steps(samples_of(variation.model, recording))
-        steps, left = steps_beside(own, take, self.allowance.part(STEPS_TIME))
-        row = held(band, variation.name, variation.kind, run.states, left)
-        return replace(row, steps=steps)
+            return Repetition(name, kind, str(why))
+        if np.array_equal(run.states, own.samples.recording.states) or kind == "sleep":
+            return held(band, name, kind, run.states)
+        take = other_steps(samples_of(variation.model, own.samples.recording))
+        steps = compared_steps(own, take, self.allowance.part(VARIED_STEPS_TIME))
+        solver = solver_run(samples_of(variation.model, run))
+        left = np.zeros((own.samples.intervals, solver.left.shape[1]))
+        left[: len(solver.left)] = solver.left
+        row = held(band, name, kind, run.states, left)
+        return replace(row, steps=steps, solver=solver, own_solver=own_solver)
+
+    @cached_property
+    def own_solver(self) -> SolverRun:
+        """The steps of the model's own solver along the motion, and what it leaves of them."""
+        return solver_run(self.own.samples)
 
     def _measurement(self, samples: SampleSteps) -> BandMeasurement:
         """Returns the measurement of a band along the recording of `samples`."""
@@ -260,15 +262,15 @@ def held(
     finite = np.isfinite(states).all(axis=1)
     ended = len(states) if finite.all() else int(np.argmin(finite))
     count = min(ended, len(recording.states))
-    why = ""
-    if count < len(recording.states):
-        why = f"it diverges within {recording.times[count]:g} s"
+    diverges = count < len(recording.states)
+    why = f"it diverges within {recording.times[count]:g} s" if diverges else ""
     if count < 2:
-        return Repetition(name, kind, why)
+        return Repetition(name, kind, why, diverges)
     times = recording.times[:count]
     second = replace(recording, name=name, times=times, states=states[:count])
     pairs = np.tile(np.arange(count)[:, None], 2)
-    return Repetition(name, kind, why, motion_difference(band, second, pairs, left))
+    difference = motion_difference(band, second, pairs, left)
+    return Repetition(name, kind, why, diverges, difference)
 
 
 def samples_of(model: OwnModel, recording: Recording) -> SampleSteps:

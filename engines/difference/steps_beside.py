@@ -11,9 +11,9 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
+from plumbob.engines.difference.difference import use_by_kind
 from plumbob.engines.difference.sample_steps import Allowed, SampleSteps
 from plumbob.engines.difference.step_check import worst_place
-from plumbob.engines.difference.step_terms import excess_of
 from plumbob.engines.own_motion import OUT_OF_TIME
 from plumbob.engines.recorded_step import StepInput, StepOutcome
 
@@ -30,12 +30,22 @@ class StepsBeside:
     apart: float = 0.0  # largest difference of accelerations
     begin: float = math.nan  # [s] start of the first step that is beyond; NaN if none is
     term: str = ""  # "contact set", "solver's iterations" or "acceleration": of that step
-    part: str = ""  # contact, numbers of iterations, or joint
-    left: float = 0.0  # largest acceleration that the other solver leaves
-    own_left: float = 0.0  # largest acceleration that the model's own solver leaves
-    iterations: int = 0  # most iterations of the other solver
-    at_cap: int = 0  # number of steps in which the other solver ends at its cap
+    part: str = ""  # contacts that one of both has, or joint with the largest excess
+    # Accelerations that differ and are allowed there, or numbers of iterations of the other solver
+    # and of the model's own; 0 of a contact set
+    there: tuple[float, float] = (0.0, 0.0)
     why: str = ""  # why not all steps are checked; empty if they are
+
+
+@dataclass(frozen=True)
+class SolverRun:
+    """The iterations of the solver in the steps of a run, and what it leaves of them."""
+
+    left: Array  # changes of the states after steps, in tangent coordinates, shape (steps, m)
+    largest: float  # largest acceleration that it leaves [m/s², rad/s²]
+    iterations: int  # most iterations of a step
+    at_cap: int  # number of steps in which it ends at its cap
+    steps: int
 
 
 @dataclass(frozen=True)
@@ -55,7 +65,6 @@ class OtherStep:
     outcome: StepOutcome
     converged: StepOutcome  # if its solver converges
     allowed: Array
-    cap: int  # on the iterations of its solver
 
 
 @dataclass(frozen=True)
@@ -90,63 +99,75 @@ def other_steps(samples: SampleSteps) -> Callable[[OwnStep], OtherStep]:
             outcome=samples.steps.after(step.before),
             converged=samples.steps.converged(step.before),
             allowed=samples.solver(step.before),
-            cap=samples.steps.most_iterations,
         )
 
     return other_step
 
 
-def steps_beside(
+def compared_steps(
     own: OwnSteps, take: Callable[[OwnStep], OtherStep], allowance: Allowance
-) -> tuple[StepsBeside, Array]:
-    """Returns the steps that `take` takes beside those of a model, and what the other solver leaves
-    of each step, shape (intervals, m). Steps that the time is too short for are given the largest
-    that the solver has left."""
-    samples = own.samples
+) -> StepsBeside:
+    """Returns the steps that `take` takes beside those of a model, within a time."""
     result = StepsBeside()
-    left = np.zeros((samples.intervals, samples.space.size(samples.recording.states[0])))
-    for interval in range(samples.intervals):
+    for interval in range(own.samples.intervals):
         if allowance.left < 0.0:
-            left[interval:] = np.abs(left[:interval]).max(axis=0, initial=0.0)
-            return replace(result, why=OUT_OF_TIME), left
-        other = take(own[interval])
-        rest = samples.space.differences(other.outcome.state, other.converged.state)
-        left[interval] = np.where(np.isfinite(rest), rest, 0.0)
-        result = _with_step(result, own, interval, other, left[interval])
-    return result, left
+            return replace(result, why=OUT_OF_TIME)
+        result = _with_step(result, own, interval, take(own[interval]))
+    return result
 
 
 def _with_step(
-    result: StepsBeside, own: OwnSteps, interval: int, other: OtherStep, left: Array
+    result: StepsBeside, own: OwnSteps, interval: int, other: OtherStep
 ) -> StepsBeside:
-    """Returns the result with the step in an interval, of which the other solver leaves `left`."""
+    """Returns the result with the step in an interval."""
     samples, step = own.samples, own[interval]
     change = _change(samples, other.outcome, step.outcome)
-    # Two solvers that converge have the same answer: it may differ by rounding alone.
     answers = _change(samples, other.converged, step.converged)
-    own_left = _change(samples, step.outcome, step.converged)
     result = replace(
         result,
         checked=result.checked + 1,
-        apart=max(result.apart, _acceleration(samples, change, interval)),
-        left=max(result.left, _acceleration(samples, left, interval)),
-        own_left=max(result.own_left, _acceleration(samples, own_left, interval)),
-        iterations=max(result.iterations, other.outcome.iterations),
-        at_cap=result.at_cap + (other.outcome.iterations >= other.cap),
+        apart=max(result.apart, largest_acceleration(samples, change)),
     )
-    if not (change.any() or answers.any()):
-        return result
-    held = (change, step.allowed.whole + other.allowed), (answers, step.allowed.rounding)
-    uses = [excess_of(*pair) for pair in held]
+    allowed = step.allowed.whole
+    held = [(change, allowed + other.allowed), (answers, allowed)]
+    degrees = samples.space.velocities
+    uses = [use_by_kind(*pair, degrees) for pair in held]
+    if uses[1] > 1.0:
+        # Two solvers that converge have the same answer but for the rounding of their iterations,
+        # which takes as long to measure as the step has taken.
+        allowed = samples.rounding(step.before, interval, converged=True)
+        held[1] = answers, allowed + step.allowed.solver
+        uses[1] = use_by_kind(*held[1], degrees)
     worst = int(np.argmax(uses))
     if uses[worst] > 1.0 and math.isnan(result.begin):
         begin = float(samples.recording.times[interval])
         pair = ("outcome", "converged")[worst]
-        term, part = _term(
-            samples, interval, (getattr(step, pair), getattr(other, pair)), *held[worst]
-        )
-        result = replace(result, begin=begin, term=term, part=part)
+        outcomes = getattr(step, pair), getattr(other, pair)
+        term, part, there = _term(samples, interval, outcomes, *held[worst])
+        result = replace(result, begin=begin, term=term, part=part, there=there)
     return replace(result, use=max(result.use, uses[worst]))
+
+
+def solver_run(samples: SampleSteps) -> SolverRun:
+    """Returns what the solver of a model leaves of each step of the run of that model."""
+    space, states = samples.space, samples.recording.states
+    left = np.zeros((samples.intervals, space.size(states[0])))
+    iterations = np.zeros(samples.intervals, dtype=int)
+    warm_starts = samples.recording.warm_starts
+    assert warm_starts is not None
+    for interval in range(samples.intervals):
+        before = samples.before(interval, warm_starts[interval])
+        iterations[interval] = samples.steps.after(before).iterations
+        converged = samples.steps.converged(before).state
+        rest = space.differences(states[interval + 1], converged)
+        left[interval] = np.where(np.isfinite(rest), rest, 0.0)
+    return SolverRun(
+        left=left,
+        largest=max((largest_acceleration(samples, row) for row in left), default=0.0),
+        iterations=int(iterations.max(initial=0)),
+        at_cap=int((iterations >= samples.steps.most_iterations).sum()),
+        steps=samples.intervals,
+    )
 
 
 def _change(samples: SampleSteps, second: StepOutcome, first: StepOutcome) -> Array:
@@ -155,9 +176,9 @@ def _change(samples: SampleSteps, second: StepOutcome, first: StepOutcome) -> Ar
     return np.where(np.isfinite(change), change, np.inf)
 
 
-def _acceleration(samples: SampleSteps, change: Array, interval: int) -> float:
-    """Returns the largest acceleration [m/s², rad/s²] that changes the state by `change`."""
-    return float(np.abs(samples.acceleration(change, interval)).max(initial=0.0))
+def largest_acceleration(samples: SampleSteps, change: Array) -> float:
+    """Returns the largest acceleration [m/s², rad/s²] of one step whose end moves by `change`."""
+    return float(np.abs(samples.acceleration(change, 0)).max(initial=0.0))
 
 
 def _term(
@@ -166,13 +187,15 @@ def _term(
     outcomes: tuple[StepOutcome, StepOutcome],
     change: Array,
     allowed: Array,
-) -> tuple[str, str]:
-    """Returns the term in which a step first differs, and the part of it."""
+) -> tuple[str, str, tuple[float, float]]:
+    """Returns the term in which a step first differs, the part of it, and two numbers, as in
+    `StepsBeside`."""
     first, second = outcomes
     contacts = set(first.touching) ^ set(second.touching)
     if contacts:
-        return "contact set", ", ".join(samples.steps.names_of(tuple(sorted(contacts))))
+        names = samples.steps.names_of(tuple(sorted(contacts)))
+        return "contact set", ", ".join(names), (0.0, 0.0)
     if second.iterations > ITERATIONS_APART * max(first.iterations, 1):
-        return "solver's iterations", f"{second.iterations}, not {first.iterations}"
-    place, size, limit, unit = worst_place(samples, interval, change, allowed)
-    return "acceleration", f"{place} by {size:.2g} {unit} ({limit:.2g} allowed)"
+        return "solver's iterations", "", (second.iterations, first.iterations)
+    place, size, limit, _ = worst_place(samples, interval, change, allowed)
+    return "acceleration", place, (size, limit)

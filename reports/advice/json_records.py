@@ -9,6 +9,7 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
+from plumbob.engines.study.repeating import RepeatedPair
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.judge.expectations import expected
@@ -67,10 +68,15 @@ def wanted_verdict(scene: str, method: str) -> str | None:
 
 
 def study_records(
-    study: Study, judged: Judgements, results: Sequence[UserResult] = ()
+    study: Study,
+    judged: Judgements,
+    results: Sequence[UserResult] = (),
+    repeated: Sequence[RepeatedPair] = (),
 ) -> list[dict[str, Any]]:
     """Returns one record a run, including the runs at drawn steps. If the user's own settings were
-    run, the record at their own step also has the recommended replacements."""
+    run, the record at their own step also has the recommended replacements. If pairs were repeated,
+    their records say whether all bits of the pair were the same."""
+    same_bits = {(pair.scene, pair.method): pair.difference is None for pair in repeated}
     user_results = {result.scene: result for result in results}
     methods = {method.name: method for method in study.methods}
     records = []
@@ -83,6 +89,8 @@ def study_records(
         for run, judgement in runs:
             record = run_record(methods[series.method], run, judgement, series.order, cost)
             record["drawn"] = run is series.drawn
+            if repeated:
+                record["same_bits"] = same_bits[series.scene, series.method]
             result = None
             if series.method == USER_METHOD:
                 result = user_results.get(series.scene)

@@ -27,6 +27,8 @@ from plumbob.engines.audit.holds import CREEP_WANTED, HoldsAudit
 from plumbob.engines.audit.trims import TrimmedFile, effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.closed_loop import load_policy
+from plumbob.engines.difference.port_repetitions import ports
+from plumbob.engines.difference.repetitions import RepeatedMotion
 from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.models.border import must_be, regular_file
 from plumbob.models.extras import install_command
@@ -41,6 +43,7 @@ from plumbob.reports.audit_from_python import (
     audit,
     audit_contacts,
     audit_holds,
+    audit_reproducible,
 )
 from plumbob.reports.columns.audit_columns import audit_columns
 from plumbob.reports.commands.arguments import values
@@ -117,6 +120,10 @@ IN_ALL_LINES = (
     "in_the_loop",
     "episodes",
 )
+# Options of the audit of a motion that --reproducible takes too; it has no certified motion
+REPEATED_OPTIONS = (
+    *("qpos", "qvel", "ctrl", "policy", "ctrl_period", "duration", "budget", "jobs", "engines"),
+)
 CONTACT_OPTIONS = ("body", "speed", "friction")
 HOLDS_OPTIONS = ("holds_body", "creep_within")
 # Options that all shards of the audits of several models have to share.
@@ -127,6 +134,7 @@ SHARED_BY_SHARDS = (
     "keyframe",
     "contacts",
     "holds",
+    "reproducible",
     "absolute",
     "fail_above",
 )
@@ -138,6 +146,7 @@ FILE_OPTIONS = (
     "ctrl_period",
     "contacts",
     "holds",
+    "reproducible",
     "metric",
     "spread",
 )
@@ -192,7 +201,8 @@ def command(chosen: argparse.Namespace) -> int:
                 print(f"plumbob: {why}: {install_command('robots')}", file=sys.stderr)
                 return MISSING
             callbacks: dict[str, Any] = {"progress": lambda part: show(part, 0, 0)}
-            callbacks["begun"] = partial(_show_first_verdict, chosen=chosen, above=estimate)
+            if not chosen.reproducible:
+                callbacks["begun"] = partial(_show_first_verdict, chosen=chosen, above=estimate)
             rows = iter([audit_row(model, jobs=chosen.jobs, **callbacks)])
         else:
             limit = PATIENCE * chosen.budget
@@ -225,13 +235,13 @@ def _page_files(chosen: argparse.Namespace, models: Sequence[Path]) -> dict[str,
             expected = "left out, but with a single MJCF or URDF file"
             raise ParameterError(WRITE_FIXED, chosen.write_fixed, expected)
         check_fixable(models[0], Path(chosen.write_fixed))
-    still = chosen.contacts or chosen.holds
-    ending = "-contacts.html" if chosen.contacts else ".html"
-    if chosen.holds:
-        ending = "-holds.html"
+    ending = ".html"
+    for kind in ("contacts", "holds", "reproducible"):
+        if getattr(chosen, kind):
+            ending = f"-{kind}.html"
     pages = {path: f"{name}{ending}" for path, name in page_names(models).items()}
     written_pages = list(pages.values())
-    if not still:
+    if ending == ".html":
         written_pages += [_record_file(page_file) for page_file in pages.values()]
     if not chosen.alone:
         written_pages.append(several_audits.PAGE)
@@ -332,6 +342,10 @@ def _check_kind(chosen: argparse.Namespace) -> None:
         values.refuse_options(chosen, (*refused, "absolute"), "left out with --holds")
     else:
         values.refuse_options(chosen, HOLDS_OPTIONS, "given with --holds")
+    if chosen.reproducible:
+        refused = [name for name in MOTION_OPTIONS if name not in REPEATED_OPTIONS]
+        others = ("absolute", "contacts", "holds")
+        values.refuse_options(chosen, (*refused, *others), "left out with --reproducible")
 
 
 def _check_targets(
@@ -390,12 +404,13 @@ def _audit_row(
     except ParameterError as why:
         return refused_row(path, str(why))
     error = _error_at_own_step(result)
+    undecided = isinstance(result, RepeatedMotion) and bool(result.open)
     return Row(
         path=path,
         error=None if math.isnan(error) else error,
-        step=result.step,
+        step=data.get("step"),
         says=result.coulomb if isinstance(result, HoldsAudit) else data.get("to_do", ""),
-        code=MISSED if missed else 0,
+        code=MISSED if missed else MISSING * undecided,
         data=data,
         page=page_name,
         missed="; ".join(missed),
@@ -407,7 +422,7 @@ def _audit_row(
 
 def _error_at_own_step(result: AnyAudit) -> float:
     """Returns the error [m] of an audit at the model's own step; NaN if there is none."""
-    if isinstance(result, HoldsAudit):
+    if isinstance(result, (HoldsAudit, RepeatedMotion)):
         return math.nan
     return result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
 
@@ -486,10 +501,23 @@ def _run_audit(
             friction=chosen.friction,
             keyframe=chosen.keyframe,
         )
+    start = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
+    policy = None if chosen.policy is None else load_policy(chosen.policy)
+    if chosen.reproducible:
+        return audit_reproducible(
+            model,
+            chosen_control(chosen.ctrl),
+            **start,
+            duration=chosen.duration,
+            period=chosen.ctrl_period,
+            budget=chosen.budget,
+            policy=policy,
+            engines=ports() if chosen.engines == "all" else engine_names(chosen.engines),
+            **callbacks,
+        )
     old_audit = None
     if chosen.against is not None:
         old_audit = matching_audit(Path(path), chosen.against, chosen.alone)
-    start = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
     result: Audit = audit(
         model,
         chosen_control(chosen.ctrl),
@@ -499,7 +527,7 @@ def _run_audit(
         budget=chosen.budget,
         jobs=jobs,
         gradient=chosen.gradient,
-        policy=None if chosen.policy is None else load_policy(chosen.policy),
+        policy=policy,
         in_the_loop=chosen.in_the_loop,
         episodes=None if chosen.episodes is None else episode_plan(chosen),
         engines=engine_names(chosen.engines),
@@ -524,7 +552,9 @@ def _missed_requirements(result: AnyAudit, chosen: argparse.Namespace) -> Iterat
         requirements.append(result.assert_stable)
     if isinstance(result, Audit) and chosen.require_reference:
         requirements.append(result.assert_referenced)
-    if chosen.absolute is not None and not isinstance(result, HoldsAudit):
+    if isinstance(result, RepeatedMotion):
+        requirements.append(result.assert_reproducible)
+    elif chosen.absolute is not None and not isinstance(result, HoldsAudit):
         requirements.append(partial(result.assert_within, chosen.absolute))
     if isinstance(result, Audit) and chosen.return_within is not None:
         requirements.append(partial(result.assert_return_within, chosen.return_within))

@@ -16,6 +16,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
+from plumbob.engines.study.repeating import repeated_pairs
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import matching_scenes as find_scenes
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 INCOMPLETE = 3
+OTHER_BITS = 1  # exit code: a pair has other bits when it is repeated
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -100,6 +102,7 @@ def _measure_and_report(
                     "what is measured is stored: the same command goes on from there"
                 )
                 raise
+            repeated = repeated_pairs(study, show) if chosen.repeat else ()
         for task in checkpoint.given_up:
             note(f"given up: {task}; the same command tries it again")
         if chosen.shard:
@@ -108,7 +111,7 @@ def _measure_and_report(
             return INCOMPLETE if lost else 0
         number = checkpoint.number
         try:
-            code = print_study(chosen, out, study, junit, judged[0])
+            code = print_study(chosen, out, study, junit, judged[0], repeated)
             return code or (INCOMPLETE if checkpoint.given_up else 0)
         except BaseException as error:
             report = shlex.join(["plumbob", "report", str(out), "--study", str(number)])

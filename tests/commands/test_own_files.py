@@ -33,6 +33,10 @@ COMMANDS = {
         ("audit", "m.xml", "--contacts", "--out", "."),
         "audit-m-contacts.html",
     ),
+    "audit, reproducible": (
+        ("audit", "m.xml", "--reproducible", "--out", "."),
+        "audit-m-reproducible.html",
+    ),
     "audits": (("audit", "m.xml", "n.xml", "--out", "."), "audit-models.html"),
     "audit, junit": (("audit", "m.xml", "--ctrl", "u.csv", "--junitxml", "u.csv"), "u.csv"),
     "audit, badge": (("audit", "m.xml", "--badge", "m.xml"), "m.xml"),

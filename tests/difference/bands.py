@@ -25,7 +25,7 @@ from plumbob.engines.adapters.mujoco.own_model.recorded_steps import (
 )
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.difference.band import BandMeasurement
-from plumbob.engines.difference.difference import _use
+from plumbob.engines.difference.difference import use_by_kind
 from plumbob.engines.difference.recording import recording_of
 from plumbob.engines.difference.sample_steps import SampleSteps, StepLaw
 from plumbob.engines.recorded_step import StepInput
@@ -191,7 +191,8 @@ def row(name):
 
     def use(rows):
         return max(
-            _use(rows[k + 1], band.samples[k].bound + unit, model.nv) for k in range(band.end)
+            use_by_kind(rows[k + 1], band.samples[k].bound + unit, model.nv)
+            for k in range(band.end)
         )
 
     estimate = np.linalg.norm(last.estimate)

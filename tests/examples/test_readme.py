@@ -43,6 +43,7 @@ NOT_RUN = {
     "git clone <this repository> plumbob && cd plumbob": "the repository is here",
     "make validate": "the whole study: minutes; .ci/run does it",
     "make test": "this is part of it",
+    "plumbob validate --repeat": "the whole study twice: tests/study/test_repeating.py has a pair",
     "plumbob validate --like my.xml": "every quick scene: test_like_command.py does a part",
     "plumbob recommend simple-pendulum/free-large --error 1e-6 --like my.xml": (
         "every method of the scene: half a minute; test_like_command.py does a part"
@@ -91,6 +92,7 @@ NOT_RUN = {
         ),
         "an index of packages: tests/releases has releases of its own",
     ),
+    "plumbob audit my.xml --reproducible": "seconds: test_reproducible.py has a smaller model",
     "plumbob difference a.npz b.npz --model my.xml": "test_difference_command.py makes recordings",
     "plumbob difference a.npz --model my.xml": "the same with one recording",
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",

@@ -328,7 +328,8 @@ def print_rows(rows: Sequence[Row], chosen: argparse.Namespace) -> None:
         values.print_json(rows[0].data)
     elif alone:
         # The first line of a motion's audit is printed before the audit begins.
-        first = 0 if chosen.contacts or chosen.holds else 1
+        still = chosen.contacts or chosen.holds or chosen.reproducible
+        first = 0 if still else 1
         for line in (rows[0].short or rows[0].lines)[first:]:
             print(line)
     else:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from plumbob.engines.method import USER_METHOD
+from plumbob.engines.study.repeating import RepeatedPair
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import Analyse
 from plumbob.engines.study.scheduler import Progress
@@ -21,6 +23,7 @@ from plumbob.reports.view.junit import write_study_junit
 from plumbob.reports.view.method_results import Results, results_of
 
 INCOMPLETE = 3
+OTHER_BITS = 1
 
 
 def analyse_into(judged: list[Judgements], within: float | None, progress: Progress) -> Analyse:
@@ -42,9 +45,10 @@ def print_study(
     study: Study,
     junit: Path | None,
     judged: Judgements,
+    repeated: Sequence[RepeatedPair] = (),
 ) -> int:
-    """Writes the pages of the study and the JUnit file if there is one, and prints the verdicts.
-    Returns the exit code."""
+    """Writes the pages of the study and the JUnit file if there is one, and prints the verdicts and
+    the pairs that were `repeated`. Returns the exit code."""
     from plumbob.reports.view.site.writing import write_study_pages
     from plumbob.reports.view.terminal import study_values
     from plumbob.reports.view.user_settings import cost_factor
@@ -57,7 +61,7 @@ def print_study(
     tables = StudyColumns(study, judged)
     values.show(
         chosen,
-        study_records(study, judged, user_rows),
+        study_records(study, judged, user_rows, repeated),
         "study",
         columns=lambda: tables.errors if chosen.csv else tables.pairs,
         **study_values(study, results, chosen.verbose),
@@ -65,8 +69,10 @@ def print_study(
         results=user_rows,
         like=chosen.like,
         factor=cost_factor,
+        repeated=repeated,
     )
-    return exit_code(study, results)
+    other_bits = any(pair.unexpected for pair in repeated)
+    return OTHER_BITS if other_bits else exit_code(study, results)
 
 
 def exit_code(study: Study, results: Results) -> int:

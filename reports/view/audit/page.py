@@ -14,6 +14,7 @@ from typing import Any
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.engines.audit.holds import LONG_CREEP, SHORT_CREEP, HoldsAudit
+from plumbob.engines.difference.repetitions import RepeatedMotion
 from plumbob.reports.advice.audit_advice import AuditAdvice, audit_advice, halving
 from plumbob.reports.advice.audit_summary import audit_summary
 from plumbob.reports.advice.creep_options import options_text
@@ -26,7 +27,7 @@ from plumbob.reports.view.finding_text import read_findings as worded
 from plumbob.reports.view.tables import table_or_none
 from plumbob.reports.view.tables import terminal_lines as text_lines
 
-AnyAudit = Audit | ContactAudit | HoldsAudit
+AnyAudit = Audit | ContactAudit | HoldsAudit | RepeatedMotion
 MOST_LINES = 8  # largest number of lines of an audit on the terminal, unless all are asked for
 
 
@@ -71,6 +72,8 @@ def audit_answer(audit: AnyAudit) -> Finding:
             "infinite": math.inf,
         }
         (finding,) = worded("audit/holds", numbers)
+    elif isinstance(audit, RepeatedMotion):
+        (finding,) = worded("audit/reproducible", numbers)
     else:
         advice = audit_advice(audit)
         numbers |= {"advice": advice, "to_do": to_do_text(audit, advice)}
@@ -170,7 +173,7 @@ def audit_page(
 
 def code_to_paste(audit: AnyAudit) -> str:
     """Returns the lines of MJCF that an audit of contacts advises; empty if there are none."""
-    if isinstance(audit, Audit):
+    if isinstance(audit, (Audit, RepeatedMotion)):
         return ""
     return audit.snippet if isinstance(audit, ContactAudit) else holds_snippet(audit)
 

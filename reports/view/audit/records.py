@@ -25,6 +25,7 @@ from plumbob.engines.audit.stability import LargestSteps, Limit
 from plumbob.engines.audit.step_errors import StateErrors, StepComparison
 from plumbob.engines.audit.trims import Trim
 from plumbob.engines.derivative_ways import CENTRAL
+from plumbob.engines.difference.repetitions import RepeatedMotion, Repetition
 from plumbob.reports.advice.audit_advice import StepChoice, audit_advice
 from plumbob.reports.advice.fixed_file import FixedFile
 from plumbob.reports.records.plain_data import FOR_JSON, plain
@@ -41,13 +42,58 @@ Plain = dict[str, Any]
 
 def record(audit: AnyAudit) -> Plain:
     """Returns an audit as the JSON object that `--json` prints."""
-    if isinstance(audit, Audit):
-        values = _motion_record(audit)
-    elif isinstance(audit, ContactAudit):
+    if isinstance(audit, ContactAudit):
         values = _contacts_record(audit)
-    else:
+    elif isinstance(audit, HoldsAudit):
         values = _holds_record(audit)
+    elif isinstance(audit, RepeatedMotion):
+        values = _repeated_record(audit)
+    else:
+        values = _motion_record(audit)
     return dict(plain(values, FOR_JSON))
+
+
+def _repeated_record(audit: RepeatedMotion) -> Plain:
+    """Returns the repetitions of a motion as a JSON object."""
+    return {
+        "model": audit.name,
+        **_attributes(audit.model, "integrator", "step"),
+        "control": audit.control,
+        "control_period": audit.script.period,
+        "duration": float(audit.recording.times[-1]),
+        "reproducible": not audit.beyond,
+        "repetitions": [_repetition_record(row) for row in audit.repetitions],
+        "versions": package_versions(),
+        "seconds": audit.seconds,
+    }
+
+
+def _repetition_record(row: Repetition) -> Plain:
+    """Returns a repetition of a motion as a JSON object."""
+    difference = row.difference
+    if difference is not None and difference.first is not None:
+        reached = difference.reached
+        band: Plain | None = {
+            "first": difference.first,
+            "largest": difference.largest,
+            "largest_use": difference.largest_use,
+            "until": difference.until,
+            "why": difference.why,
+            "estimate": difference.estimates[reached],
+            "bound": difference.bounds[reached],
+            "solver_bound": difference.solver[reached],
+        }
+    else:
+        band = None
+    return {
+        **_attributes(row, "name", "kind", "verdict", "why", "factor", "begin", "end"),
+        "band": band,
+        "steps": row.steps,
+        "solver_leaves": row.solver and row.solver.largest,
+        "own_solver_leaves": row.own_solver and row.own_solver.largest,
+        "most_iterations": row.solver and row.solver.iterations,
+        "steps_at_cap": row.solver and row.solver.at_cap,
+    }
 
 
 def _attributes(instance: object, *names: str) -> Plain:

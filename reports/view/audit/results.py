@@ -9,6 +9,7 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.engines.audit.holds import HoldsAudit
+from plumbob.engines.difference.repetitions import RepeatedMotion
 from plumbob.reports.advice.fixed_file import FIXED_SECONDS, FixedFile, write_fixed_file
 from plumbob.reports.view.audit.page import (
     AnyAudit,
@@ -28,7 +29,7 @@ class _Shown:
     @property
     def _audit(self) -> AnyAudit:
         """The instance as the audit that a subclass makes it."""
-        assert isinstance(self, (Audit, ContactAudit, HoldsAudit))
+        assert isinstance(self, (Audit, ContactAudit, HoldsAudit, RepeatedMotion))
         return self
 
     def __repr__(self) -> str:
@@ -40,6 +41,8 @@ class _Shown:
         if isinstance(audit, Audit):
             return card_lines(audit)
         answer = dict(answer_rows(audit_answer(audit)))
+        if isinstance(audit, RepeatedMotion):
+            return [answer["answer"]]
         if isinstance(audit, HoldsAudit):
             first = "Coulomb"
         else:
@@ -127,6 +130,17 @@ class ContactResult(_Shown, ContactAudit):
     `turning`. `errors(run)` [m] are the errors of a run by heading, against `distances` [m], which
     are known to `known` [m]; `error(run)` [m] is the largest of them. `assert_within(metres)`
     raises AssertionError."""
+
+
+class RepeatedResult(_Shown, RepeatedMotion):
+    """The answer of `plumbob.audit_reproducible`.
+
+    `repetitions` holds a row for each way in which the motion was computed again: its `verdict`
+    ("same bits", "within", "beyond", "open" or "not run"), the `factor` by which its largest
+    difference uses what rounding and the solver allow, the time `begin` [s] from which on it is
+    beyond, and the difference at the `end` [m or rad]. `difference` has the growth of the
+    difference beside the band, and `steps` what single steps differ by. `beyond` and `open` are the
+    rows with these verdicts. `assert_reproducible()` raises AssertionError if a row is beyond."""
 
 
 class HoldsResult(_Shown, HoldsAudit):

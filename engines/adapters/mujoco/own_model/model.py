@@ -72,6 +72,7 @@ from plumbob.engines.own_motion import (
     AskedPolicy,
     Change,
     HeldContacts,
+    ModelVariation,
     MovesData,
     NotCertifiable,
     NotControlled,
@@ -79,7 +80,6 @@ from plumbob.engines.own_motion import (
     Script,
     Start,
     Stepped,
-    Variation,
 )
 from plumbob.engines.peer_model import Layout, ModelJoint
 from plumbob.engines.recorded_step import StepInput
@@ -231,12 +231,12 @@ class MujocoModel:
         """Returns single steps [s] of the model by an integrator, each from a given state."""
         return MujocoRecordedSteps(self.as_stepped(), self.start, integrator, step)
 
-    def variations(self) -> Iterator[Variation]:
+    def variations(self) -> Iterator[ModelVariation]:
         """Yields the model with other settings, each beside the model whose motion it should
         have."""
         for name, kind, changed, beside in varied_models(self.effective):
             pair = (replace(self, effective=model) for model in (changed, beside))
-            yield Variation(name, kind, *pair)
+            yield ModelVariation(name, kind, *pair)
 
     @collected()
     def touching_in(

@@ -20,7 +20,7 @@ from plumbob.engines.adapters.mujoco.own_model.left_out import NEVER
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged, like_start
 from plumbob.engines.adapters.mujoco.terms import apart, put, state_of
-from plumbob.engines.recorded_step import StepInput, StepOutcome, StepRun, Suspect
+from plumbob.engines.recorded_step import RecordedRun, StepInput, StepOutcome, Suspect
 
 # Numbers of a model that a step computes with: those of its mass matrix, of its forces, and of the
 # places of its shapes
@@ -71,6 +71,11 @@ class MujocoRecordedSteps:
         return copy.copy(self.model)
 
     @cached_property
+    def changed_converging(self) -> Any:
+        """A copy of the model with a solver that runs to its floor, for nudges."""
+        return copy.copy(self.converging)
+
+    @cached_property
     def changed_data(self) -> Any:
         """The mjData of the changed copy."""
         return self._new_data(self.changed)
@@ -108,7 +113,7 @@ class MujocoRecordedSteps:
         return int(self.model.opt.iterations)
 
     @collected()
-    def run(self, before: StepInput) -> StepRun:
+    def run(self, before: StepInput) -> RecordedRun:
         """Returns the run of all steps of `before`, in new mjData. It ends early if it diverges."""
         data = self._new_data(self.model)
         self._begin(self.model, data, before)
@@ -123,7 +128,7 @@ class MujocoRecordedSteps:
                 break
             states.append(state_of(data))
             warm_starts.append(np.array(data.qacc_warmstart))
-        return StepRun(np.array(states), np.array(warm_starts))
+        return RecordedRun(np.array(states), np.array(warm_starts))
 
     def after(self, before: StepInput) -> StepOutcome:
         """Returns the outcome of the model's own steps."""
@@ -138,13 +143,14 @@ class MujocoRecordedSteps:
         before: StepInput,
         precision: type[np.floating[Any]],
         stored: Callable[[Array], Array],
+        converged: bool = False,
     ) -> Array:
-        """Returns changes of the state after the steps, in tangent coordinates, shape (NUDGES, m).
-        In each row the state, the controls, the forces and the numbers of the model are changed by
-        a unit in the last place of a precision, up or down at random. The state and the controls
-        are changed by `stored` of their values if that is more."""
+        """Returns the changes of the state after the steps, in tangent coordinates, shape (NUDGES,
+        m), if the state, the controls, the forces and the numbers of the model change by a unit in
+        the last place of a precision. State and controls change by `stored` of their values if that
+        is more. If `converged`, the solver runs to its floor."""
         model = self.model
-        outcome = self.after(before)
+        outcome = self._after(self.converging if converged else model, self.data, before)
         largest = sum(np.abs(getattr(self.data, name)) for name in NUDGED_FORCES)
         unit = unit_in_last_place(np.asarray(largest), precision)
         rng = np.random.default_rng(0)
@@ -157,7 +163,7 @@ class MujocoRecordedSteps:
                 size = np.maximum(size, least(values))
             return np.asarray(values + rng.choice([-1.0, 1.0], values.shape) * size)
 
-        other = self.changed
+        other = self.changed_converging if converged else self.changed
         changes = np.empty((NUDGES, 2 * model.nv + model.na))
         for number, numbers in enumerate(self._nudged_numbers(precision)):
             _set_fields(other, numbers)

@@ -21,6 +21,14 @@ from plumbob.engines.own_motion import VariationKind
 SOLVERS = ("PGS", "CG", "Newton")
 Changed = tuple[str, VariationKind, Any, Any]
 """A name, a kind, a compiled model, and the compiled model whose motion it should have."""
+# Name of a flag's row, its kind, its field of a model's options, and its name there. Islands were
+# enabled by a flag before they were disabled by one.
+FLAGS: tuple[tuple[str, VariationKind, str, str], ...] = (
+    ("islands", "flag", "disableflags", "mjDSBL_ISLAND"),
+    ("islands", "flag", "enableflags", "mjENBL_ISLAND"),
+    ("warm start", "flag", "disableflags", "mjDSBL_WARMSTART"),
+    ("sleep", "sleep", "enableflags", "mjENBL_SLEEP"),
+)
 
 
 def varied_models(model: Any) -> Iterator[Changed]:
@@ -37,20 +45,15 @@ def varied_models(model: Any) -> Iterator[Changed]:
             changed = copy.copy(model)
             changed.opt.solver = number
             yield f"{solver} solver", "solver", changed, model
-    for name, flags, flag, kind in (
-        ("islands", "disableflags", "mjDSBL_ISLAND", "flag"),
-        ("islands", "enableflags", "mjENBL_ISLAND", "flag"),
-        ("warm start", "disableflags", "mjDSBL_WARMSTART", "flag"),
-        ("sleep", "enableflags", "mjENBL_SLEEP", "sleep"),
-    ):
+    for name, kind, flags, flag in FLAGS:
         kinds = mujoco.mjtDisableBit if flags == "disableflags" else mujoco.mjtEnableBit
         bit = getattr(kinds, flag, None)
         if bit is not None:
             changed = copy.copy(model)
             setattr(changed.opt, flags, getattr(model.opt, flags) ^ int(bit))
             is_set = bool(getattr(changed.opt, flags) & int(bit))
-            on = is_set == (flags == "enableflags")
-            yield f"{name} {'on' if on else 'off'}", kind, changed, model
+            word = "on" if is_set == (flags == "enableflags") else "off"
+            yield f"{name} {word}", kind, changed, model
 
 
 def _with_jacobian(model: Any, jacobian: str) -> Any:
