@@ -189,7 +189,11 @@ def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -
 
 def _minimum_candidates(capsule: Capsule, piece: PlanePoint | Arc) -> Array:
     """Returns slider positions, shape (n, 2), among which every support load has its minimum on
-    `piece`. A load is affine in the position, so along an arc it is a cosine of the angle."""
+    `piece`.
+
+    A load is affine in the position, so along an arc it is a cosine of the angle: its minimum is at
+    an end of the arc, or at the angle of its steepest fall if this is on the arc.
+    """
     if not isinstance(piece, Arc):
         return np.array([piece], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
