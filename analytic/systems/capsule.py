@@ -121,9 +121,15 @@ def load_fractions(capsule: Capsule, centres: Array) -> Array:
     second = arms[..., (1, 2, 0), :]
     third = arms[..., (2, 0, 1), :]
     areas = second[..., 0] * third[..., 1] - second[..., 1] * third[..., 0]
+    return np.asarray(areas / _doubled_area(corners))
+
+
+def _doubled_area(corners: Array) -> float:
+    """Returns twice the area [m^2] of the triangle of supports, shape (3, 2); negative if they are
+    clockwise."""
     ux, uy = corners[1] - corners[0]
     vx, vy = corners[2] - corners[0]
-    return np.asarray(areas / (ux * vy - uy * vx))
+    return float(ux * vy - uy * vx)
 
 
 def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
@@ -179,17 +185,19 @@ def normal_force_uncertainty(capsule: Capsule, reach: float, moved: Any = 0.0) -
     rounding errors are added.
     """
     corners = np.asarray(capsule.supports)
-    ux, uy = corners[1] - corners[0]
-    vx, vy = corners[2] - corners[0]
     size = float(np.abs(corners).max()) + capsule.mass_ratio * reach
-    flatness = size**2 / abs(ux * vy - uy * vx)
+    flatness = size**2 / abs(_doubled_area(corners))
     rounded = LOAD_ROUNDINGS * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness)
     return rounded + steepest_load(capsule) * moved
 
 
 def _minimum_candidates(capsule: Capsule, piece: PlanePoint | Arc) -> Array:
     """Returns slider positions, shape (n, 2), among which every support load has its minimum on
-    `piece`. A load is affine in the position, so along an arc it is a cosine of the angle."""
+    `piece`.
+
+    A load is affine in the position, so along an arc it is a cosine of the angle: its minimum is at
+    an end of the arc, or at the angle of its steepest fall if this is on the arc.
+    """
     if not isinstance(piece, Arc):
         return np.array([piece], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))

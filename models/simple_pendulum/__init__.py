@@ -219,8 +219,10 @@ def _near_top(k: int) -> Scene:
 
 
 _LARGE = -120 * _DEGREE
-_KP, _KV, _SLOW = 1e6, 2e3, 2.0  # a critically damped servo [1/s^2, 1/s], its sine [rad/s]
-_FOLLOWED = _KP / complex(_KP - _SLOW**2, _KV * _SLOW)  # theta = Im(... e^(i Omega t)) [rad]
+# gains of a critically damped servo [1/s^2, 1/s], and the rate of the sine that it follows [rad/s]
+_KP, _KV, _SLOW = 1e6, 2e3, 2.0
+# complex amplitude of the steady motion: theta = Im(amplitude e^(i Omega t)) [rad]
+_FOLLOWED = _KP / complex(_KP - _SLOW**2, _KV * _SLOW)
 _SPIN = "an error of the speed becomes one of the angle that grows with time"
 _SCENES = (
     *_scene_pair(

@@ -68,7 +68,8 @@ def _stroke_problem(parameters: Parameters) -> CapsuleProblem:
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
-    """Returns the load on friction, and the friction limit."""
+    """Returns the used fraction of the friction limit: under tilted gravity with the tilt and the
+    force, for a stroke with its length, its duration and its demand on the actuator."""
     body = problem.setup.capsule
     hold = problem.motion
     facts: dict[str, Any] = {

@@ -87,9 +87,7 @@ def impose(spec: Any, armature: float) -> None:
 def driven_joints(setup: CapsuleSetup) -> tuple[str, ...]:
     """Returns the names of the joints that move the slider: one along its line, two in the plane,
     or none."""
-    if setup.relative_velocity is not None:
-        return ("slider",)
-    return () if setup.plane_velocity is None else ("slider_x", "slider_y")
+    return tuple(_velocities(setup))
 
 
 def ideal(problem: CapsuleProblem) -> Idealisations:

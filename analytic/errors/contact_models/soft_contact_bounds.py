@@ -212,7 +212,7 @@ def _height_error(
     capsule = motion.capsule
     deflections = _quasi_static(motion, normal.compliance)
     depth = -float(deflections.depths.min())
-    height = depth + normal.height  # of the centre of mass above the supports
+    height = depth + normal.height  # height of C above the supports
     _, gradients = _load_fractions(motion.capsule)
     force = capsule.friction * capsule.weight
     direction = np.exp(1j * motion.line)

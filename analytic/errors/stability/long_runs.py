@@ -116,7 +116,7 @@ class PeriodicMotion:
         in each period; both are over the error's scale. `sign` is the sign of the time ahead. If no
         time up to half a period reaches a level, the result for this level is infinite.
         """
-        # not zero for a rotation
+        # The angle is a wave plus a mean growth, which is zero for a libration.
         mean_rate = (theta[TIME_SAMPLES_PER_PERIOD] - theta[0]) / self.period
         shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)
         times = np.arange(TIME_SAMPLES_PER_PERIOD) * self.period / TIME_SAMPLES_PER_PERIOD

@@ -224,7 +224,7 @@ class EllipticMotion:
         odd = speed * t.moving
         even = t.r * push
         bend = speed * t.bend
-        y = 2 * centred * centred - self._a0_a4 / 2 * t.r2
+        y = 2 * centred * centred - self.quartic[0] * a4 / 2 * t.r2
         # w is x/y, and also u/v. If w is infinite at the time -t, both x and y vanish at t, and
         # u/v has to be used. The last numbers are y x' - x y' and v u' - u v'.
         u = t.r * (2 * (a3**2 - a2 * a4) * t.r - 2 * a4 * t.p)
@@ -238,11 +238,6 @@ class EllipticMotion:
             ),
             (u, v, -2 * a4 * t.moving * v - u * (lift + bend)),
         )
-
-    @property
-    def _a0_a4(self) -> Quad:
-        """Product A0 A4 [1/s^4]."""
-        return self.quartic[0] * self.quartic[4]
 
     @property
     def _start_speed(self) -> Quad:

@@ -121,11 +121,13 @@ class RotationConstants:
         sign = np.where(turns % 2.0 == 0.0, 1.0, -1.0)
         parts = (self.side * dn, self.signs[0] * sign * sn, self.signs[1] * sign * cn)
         momentum[[*self.axes]] = self.amplitudes[:, None] * parts
-        phase = quad(times) * self.base_rate
+        # phi grows at the base rate, and by an extra: in whole half turns, and in parts of a half
+        # turn at the end and at the start.
+        steady_angle = quad(times) * self.base_rate
         if np.isfinite(double(self.half_turn)):
-            phase = phase + quad(turns) * self._extra_per_half_turn
-        edge = self.integral.at(np.append(reduced_time, self.start_time), self.extra)
-        return momentum, _reduced_angle(phase) + (edge[:-1] - edge[-1])
+            steady_angle = steady_angle + quad(turns) * self._extra_per_half_turn
+        in_parts = self.integral.at(np.append(reduced_time, self.start_time), self.extra)
+        return momentum, _reduced_angle(steady_angle) + (in_parts[:-1] - in_parts[-1])
 
     @cached_property
     def _extra_per_half_turn(self) -> Quad:

@@ -1,5 +1,12 @@
 """The line manoeuvre: the slider accelerates once and brakes once, and the body moves (Chernousko
-2020)."""
+2020).
+
+    mu       m/(M + m), `Capsule.mass_ratio`
+    f g/mu   largest acceleration of the slider that friction holds, `holding_acceleration`
+    w1, w2   accelerations of the slider in the body, forward and then backward
+    t1, t2   times at which the slider's acceleration switches, and at which the slider stops
+    t_star   time at which the body stops
+"""
 
 from __future__ import annotations
 

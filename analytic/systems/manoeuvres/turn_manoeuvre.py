@@ -4,6 +4,13 @@
 The source stops at eq. 32, the leading order in epsilon. The second order is the effect of friction
 along the leading-order motion. It is derived in analytic/README.md, with the equation numbers used
 here.
+
+    mu       m/(M + m), `Capsule.mass_ratio`
+    mu_1     mu M a^2/(J + mu M a^2), `inertia_ratio`
+    Z, tau   angular acceleration of the slider, and the time for which it acts either way
+    phi, psi angle of the slider, and heading of the body
+    R_0, T   `friction_bound`, and the `characteristic_time` R_0^(-1/2)
+    epsilon  tau/T
 """
 
 from __future__ import annotations

@@ -47,7 +47,8 @@ def branches(
     """Returns the branches of a pendulum with a moment of inertia [kg m^2] in a `potential` [J], up
     to the energy `highest` [J]. Each has about `points` energies, denser towards the separatrices.
     """
-    numbers = _dense_numbers(points)
+    ends = np.geomspace(NEAREST_PART, 0.5, points // 2)
+    numbers = np.concatenate([ends, 1.0 - ends[-2::-1]])  # dense at 0 and at 1
     curves = list[Branch]()
     for energy_range in _energy_ranges(potential, highest):
         low, high = energy_range.lowest, energy_range.highest
@@ -87,12 +88,6 @@ def _energy_ranges(potential: TrigonometricPotential, highest: float) -> list[_E
         ranges.append(_EnergyRange("over both wells", deepest, barriers[0], barriers[1]))
     ranges.append(_EnergyRange("rotation", deepest, barriers[-1], highest))
     return ranges
-
-
-def _dense_numbers(points: int) -> Array:
-    """Returns about `points` numbers from NEAREST_PART to 1 - NEAREST_PART, dense at both ends."""
-    ends = np.geomspace(NEAREST_PART, 0.5, points // 2)
-    return np.concatenate([ends, 1.0 - ends[-2::-1]])
 
 
 def _branch(

@@ -20,16 +20,18 @@ STROKE_PLACES = (0.0, 0.5, 1.0)
 
 
 def line_time(track: Track, displacement: complex) -> float:
-    """Returns the estimated time [s] of lines with slow returns for `displacement` [m], in body
-    axes."""
+    """Returns the estimated time [s] of lines with slow returns that move the body by
+    `displacement` [m], in body axes: strokes of the largest length and one for the remainder. The
+    time of a stroke goes as the square root of its length."""
     unit = track.unit_line
     total = 0.0
     for rail, distance in track.legs(displacement)[0]:
         stroke = min(track.limits.stroke, rail.high - rail.low)
-        largest = -unit.displacement * stroke / unit.stroke
-        remainder, count = math.modf(distance / largest)
-        time = unit.t2 * math.sqrt(stroke / unit.stroke) + 2.0 * math.sqrt(stroke / track.w2)
-        total += time * (count + math.sqrt(remainder))
+        distance_per_stroke = -unit.displacement * stroke / unit.stroke
+        remainder, count = math.modf(distance / distance_per_stroke)
+        return_time = 2.0 * math.sqrt(stroke / track.w2)
+        stroke_time = unit.t2 * math.sqrt(stroke / unit.stroke) + return_time
+        total += stroke_time * (count + math.sqrt(remainder))
     return total
 
 

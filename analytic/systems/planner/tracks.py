@@ -197,9 +197,8 @@ class Track:
             return (TrackPlace(ANYWHERE, position),)
         places = list[TrackPlace]()
         for rail in self.segments:
-            on_axes = position * cmath.rect(
-                1.0, -rail.direction
-            )  # along the rail and across it
+            # The parts of `on_axes` are along the rail and across it.
+            on_axes = position * cmath.rect(1.0, -rail.direction)
             is_on_line = abs(on_axes.imag) <= SAME_PLACE_DISTANCE
             if is_on_line and rail.reaches(on_axes.real):
                 places.append(TrackPlace(rail.part, position))

@@ -7,6 +7,11 @@ Written for the body's point that the combined centre G = C + mu r is passing, w
     (J + mu M r^2) d(omega)/dt = sum (CA_i - mu r) x F_i - mu M (r x w + 2 (r.v) omega)
     v_i = p + omega k x (CA_i - mu r)
 
+    r, v, w     position, velocity and acceleration of the slider in the body
+    omega       angular velocity of the body;  k  unit vector upwards
+    A_i, v_i    place of support i, and its velocity;  F_i  friction on it
+    mu          m/(M + m);  M, J  mass and moment of inertia of the body;  m  mass of the slider
+
 p and omega are small when the body is nearly at rest, so they keep their digits there.
 Plane vectors are complex numbers x + iy in body axes, so that k x a is ia.
 """
