@@ -138,8 +138,8 @@ class ClosedLoop:
         with must_be(wanted, "policy", self.name):
             control = np.asarray(policy(*arguments), dtype=float).reshape(-1)
         if control.shape != (self.count,):
-            given = shortened(str(control.tolist()))
-            raise ParameterError("policy", self.name, f"{wanted}, not {given}")
+            answer = shortened(str(control.tolist()))
+            raise ParameterError("policy", self.name, f"{wanted}, not {answer}")
         return control
 
     def check_memory(self, times: Array, states: Array, controls: Array) -> None:

@@ -12,8 +12,8 @@ from plumbob.engines.trajectory import Trajectory
 Indices = npt.NDArray[np.int64]
 MAX_SAMPLES = 500  # largest number of samples: enough for a smooth curve
 MAX_SAMPLED_STEPS = 1_000_000_000  # largest number of steps: half an hour at the cheapest step
-# Allowed error of a sample's time, as a fraction of the step. A sum of 10^6 steps rounds a time by a
-# tenth of that at most.
+# Allowed error of a sample's time, as a fraction of the step. A sum of 10^6 steps rounds a time by
+# a tenth of that at most.
 CLOCK = 1e-3
 # Allowed error of the last time of a solver that chooses its steps, as a fraction of the duration
 CLOCK_OF_A_SOLVER = 1e-9
