@@ -77,8 +77,8 @@ def _fed_back_steps(stepper: Steps, feedback: Feedback, step: float) -> TakeStep
 def controls_at(controls: Controls | Feedback | None, times: Array) -> Array | None:
     """Returns the controls at times [s], shape (n, controls); None if nothing is controlled. Raises
     Unsupported for controls that are fed back."""
-    given = given_controls(controls)
-    return None if given is None else given(times)
+    function_of_time = given_controls(controls)
+    return None if function_of_time is None else function_of_time(times)
 
 
 def given_controls(controls: Controls | Feedback | None) -> Controls | None:

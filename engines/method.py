@@ -90,7 +90,7 @@ def meant(method: Method, scene: Scene) -> bool:
     its system. A system of another package is also meant for the engines for which the package has
     builders, and otherwise only for methods that name it."""
     names = (scene.system, scene.name)
-    unwanted = tuple(p[1:] for p in method.systems if p.startswith("!"))
+    unwanted = tuple(pattern[1:] for pattern in method.systems if pattern.startswith("!"))
     if any(fits(name, unwanted) for name in names):
         return False
     if any(fits(name, method.systems) for name in names):

@@ -27,7 +27,8 @@ _ADAPTERS = "plumbob.engines.adapters"
 def built_in() -> Mapping[str, Engine]:
     """The engines that plumbob has adapters for, sorted by name, installed or not."""
     adapters = map(_adapter, _modules())
-    return {e.name: e for e in sorted(filter(None, adapters), key=lambda engine: engine.name)}
+    by_name = sorted(filter(None, adapters), key=lambda engine: engine.name)
+    return {engine.name: engine for engine in by_name}
 
 
 @cache
@@ -122,7 +123,9 @@ def methods(pattern: str = "*") -> tuple[Method, ...]:
     for part in wanted:
         if not any(matches(method.name, part) for method in every):
             raise ParameterError("methods", part, _one_of(part))
-    return tuple(m for m in every if any(matches(m.name, part) for part in wanted))
+    return tuple(
+        method for method in every if any(matches(method.name, part) for part in wanted)
+    )
 
 
 def method(name: str) -> Method:

@@ -69,8 +69,8 @@ def step_jacobian(
         check_time(ends)
         behind.append(state_after_step(stepper, space, backward, control))
         if len(ahead) == 1:
-            rest = len(shifts) - 1
-            check_time(ends, rest * (time.process_time() - begin) / FASTER)
+            further_differences = len(shifts) - 1
+            check_time(ends, further_differences * (time.process_time() - begin) / FASTER)
     return space.differences(np.array(ahead), np.array(behind)).T / (2.0 * difference)
 
 

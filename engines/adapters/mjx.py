@@ -262,20 +262,19 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> ByName
     low, middle, high = (ported.compiled(case, method, step) for case in cases)
     translation, _ = middle
     ported.uncontrolled(translation)
-    slopes = _slopes(low, high, apart)
     port = _started(*middle, _double(method))
     with port.precision():
         steps = sampling.step_count(number.case.scene.duration, step)
-        end = partial(_end, port.numbers, slopes, steps)
-        end_slopes, end_state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
-    qpos, qvel = (np.array(values, np.float64)[None] for values in end_state)
-    by_qpos, by_qvel = (np.array(values, np.float64)[None] for values in end_slopes)
+        end = partial(_end, port.numbers, _slopes(low, high, apart), steps)
+        slopes, state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
+    qpos, qvel, by_qpos, by_qvel = (
+        np.array(values, np.float64)[None] for values in (*state, *slopes)
+    )
 
     def observe(place: float, rate: float) -> Signals:
         """The observables of the end, moved along its slopes by two amounts."""
-        observables: Signals = translation.observed(
-            qpos + place * by_qpos, qvel + rate * by_qvel
-        )[0]
+        moved_end = (qpos + place * by_qpos, qvel + rate * by_qvel)
+        observables: Signals = translation.observed(*moved_end)[0]
         return observables
 
     return moved(observe, by_qpos, by_qvel)

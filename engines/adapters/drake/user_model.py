@@ -70,7 +70,11 @@ def model_fields(path: Path) -> Fields:
         yield "kp", name, gains[0]
         yield "kv", name, gains[1]
         yield "armature", actuator.joint().name(), ratio**2 * actuator.default_rotor_inertia()
-    inspector = graph.model_inspector()
+    yield from _frictions(graph.model_inspector())
+
+
+def _frictions(inspector: Any) -> Fields:
+    """The coefficients of friction of the geometries that may touch."""
     for geometry in inspector.GetAllGeometryIds():
         properties = inspector.GetProximityProperties(geometry)
         if properties is not None and properties.HasProperty("material", "coulomb_friction"):

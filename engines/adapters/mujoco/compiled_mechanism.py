@@ -57,6 +57,8 @@ SHAPE_KINDS = MappingProxyType[int, ShapeKind](
 # Number of sizes of a geom: 3 of other kinds
 SIZES = MappingProxyType({"sphere": 1, "capsule": 2, "cylinder": 2, "plane": 0, "hull": 0})
 FIXED, AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_AFFINE)
+# Least dimension of a contact at which two sliding, a torsional and two rolling coefficients act
+LEAST_DIMENSIONS = (3, 3, 4, 6, 6)
 ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 
@@ -183,21 +185,19 @@ def _touching(
     for pair in pairs:
         number = declared.get(tuple(pair))
         if number is None:
-            dimensions, friction = _mixed(model, pair)
+            dimensions, coefficients = _mixed(model, pair)
         else:
             dimensions = int(model.pair_dim[number])
-            friction = model.pair_friction[number].tolist()
-        # A contact of dimension 1 has no friction; 3 adds sliding, 4 torsional, 6 rolling friction.
-        least_dimensions = (3, 3, 4, 6, 6)
-        sliding_1, sliding_2, torsional, rolling_1, rolling_2 = (
+            coefficients = model.pair_friction[number].tolist()
+        acting = [
             coefficient * (dimensions >= least)
-            for coefficient, least in zip(friction, least_dimensions, strict=True)
-        )
+            for coefficient, least in zip(coefficients, LEAST_DIMENSIONS, strict=True)
+        ]
         yield Touch(
             shapes=(shape_of_geom[pair[0]], shape_of_geom[pair[1]]),
-            sliding=(sliding_1, sliding_2),
-            torsional=torsional,
-            rolling=(rolling_1, rolling_2),
+            sliding=(acting[0], acting[1]),
+            torsional=acting[2],
+            rolling=(acting[3], acting[4]),
         )
 
 
@@ -262,7 +262,8 @@ def _not_expressed(model: Any) -> Iterator[str]:
     yield from names("equality", active[other_kinds])
     if not model.opt.disableflags & BITS.mjDSBL_ACTUATION:
         actuators = range(model.nactuator)
-        yield from names("actuator", [n for n in actuators if not _simple(model, n)])
+        others = [actuator for actuator in actuators if not _simple(model, actuator)]
+        yield from names("actuator", others)
     yield from names("tendon", range(model.ntendon))
     yield from names("flex", range(model.nflex))
     yield from names("body", np.flatnonzero(model.body_plugin >= 0), "plug-in of ")

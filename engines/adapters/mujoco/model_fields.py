@@ -48,7 +48,11 @@ def fields_in(model: Any, named: Any = None) -> Fields:
         if joint.type[0] in ONE_DEGREE:
             for field in JOINTS:
                 yield field, name, getattr(joint, field)[0]
-    geoms = [(name, g) for name, g in parts("geom", "ngeom") if g.contype or g.conaffinity]
+    geoms = [
+        (name, geom)
+        for name, geom in parts("geom", "ngeom")
+        if geom.contype or geom.conaffinity
+    ]
     for name, part in (*geoms, *parts("pair", "npair")):
         for field in CONTACTS:
             values = getattr(part, field)
@@ -67,8 +71,8 @@ def _parts(model: Any, named: Any, kind: str, count: str) -> Iterator[tuple[str,
         for counted in (model, named)
     ]
     if counts[0] == counts[1]:
-        for i in range(counts[0]):
-            yield name_of(named, kind, i), getattr(model, kind)(i)
+        for number in range(counts[0]):
+            yield name_of(named, kind, number), getattr(model, kind)(number)
 
 
 def actuator_count(model: Any) -> int:

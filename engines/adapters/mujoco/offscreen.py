@@ -22,11 +22,11 @@ def choose_platform() -> None:
     """Sets the platform of OpenGL on which MuJoCo renders without a window. MuJoCo must not be
     imported yet. Raises Unsupported, which says what is missing. A platform is tried in a process
     of its own, which a driver may end; only one can be loaded into a process."""
-    given = os.environ.get("MUJOCO_GL", "")
-    if given.lower() in RENDERS_NOTHING:
-        raise Unsupported(f"nothing is rendered: the environment has MUJOCO_GL={given}")
-    names = [given] if given else [name for name, _ in PLATFORMS]
-    if not given and sys.platform != "linux":
+    chosen = os.environ.get("MUJOCO_GL", "")
+    if chosen.lower() in RENDERS_NOTHING:
+        raise Unsupported(f"nothing is rendered: the environment has MUJOCO_GL={chosen}")
+    names = [chosen] if chosen else [name for name, _ in PLATFORMS]
+    if not chosen and sys.platform != "linux":
         names = ["glfw"]
     for name in names:
         environment = {**os.environ, "MUJOCO_GL": name}

@@ -90,22 +90,21 @@ class Sides:
         low, middle, high = self.runs
         model = middle.model
         state = state_of(middle.data)
-        sizes = [model.nv, model.nv, model.na]
 
         def observe(place: float, rate: float, run: MujocoSimulation = middle) -> Signals:
             """The observables of the end, moved along its tangent by two amounts, as `run` reads
             them."""
-            end = shifted(model, state, along * np.repeat([place, rate, 0.0], sizes))[None]
+            amounts = np.repeat([place, rate, 0.0], [model.nv, model.nv, model.na])
+            end = shifted(model, state, along * amounts)[None]
             qpos, qvel, _ = np.split(end, (model.nq, model.nq + model.nv), axis=1)
             return run.translation.observed(qpos, qvel)[0]
 
         # The outer cases may read the same state otherwise.
         read_low, read_high = (observe(0.0, 0.0, run) for run in (low, high))
-        slopes = moved(observe, *along[: 2 * model.nv].reshape(2, -1))
-        return {
-            name: slope + float(read_high[name][0] - read_low[name][0]) / self.apart
-            for name, slope in slopes.items()
-        }
+        derivatives = dict(moved(observe, *along[: 2 * model.nv].reshape(2, -1)))
+        for name in derivatives:
+            derivatives[name] += float(read_high[name][0] - read_low[name][0]) / self.apart
+        return derivatives
 
 
 def transition(number: Number, method: Method, step: float, beside: bool = False) -> ByName:

@@ -56,7 +56,9 @@ def user_method(path: str | Path) -> Method:
     _runnable(path, settings)
     step = time_step("like", spec.option.timestep, str(path))
     integrator = settings["integrator"]
-    base_method = next(m for m in METHODS if m.settings["integrator"].lower() == integrator)
+    base_method = next(
+        method for method in METHODS if method.settings["integrator"].lower() == integrator
+    )
     scheme = base_method.scheme
     explicit_damping = settings["disableflags"] & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
     if integrator == "euler" and explicit_damping:
@@ -66,7 +68,7 @@ def user_method(path: str | Path) -> Method:
         name=USER_METHOD,
         scheme=scheme,
         settings=settings,
-        step_sizes=tuple(step / 2**n for n in range(HALVINGS + 1)),
+        step_sizes=tuple(step / 2**halvings for halvings in range(HALVINGS + 1)),
         systems=(),
         kinds=(),
     )

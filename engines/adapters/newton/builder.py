@@ -210,17 +210,17 @@ def _add_trees(mechanism: Mechanism, solver: SolverName, builder: Any) -> list[B
             axes = [
                 _axis(mechanism, joint, solver) for joint in joints if joint.kind in ONE_AXIS
             ]
-            joint_number = _add_joint(builder, joints, axes, parent, link, drawn)
-            trees.setdefault(roots[link], []).append(joint_number)
+            tree = trees.setdefault(roots[link], [])
+            tree.append(_add_joint(builder, joints, axes, parent, link, drawn))
             parent = link
             drawn = transform(np.zeros(3))
         body_frames.append((parent, drawn))
         links.setdefault(parent, []).append(_body_in_link(body, drawn))
     for joint_numbers in trees.values():
         builder.add_articulation(joint_numbers)
+    links.pop(-1, None)  # bodies that are part of the world
     for link, parts in links.items():
-        if link >= 0:
-            _set_inertia(builder, link, parts)
+        _set_inertia(builder, link, parts)
     return body_frames
 
 

@@ -38,7 +38,9 @@ def confirming(method: Method) -> tuple[Method, float]:
     order at the smallest tolerance that scipy accepts."""
     from plumbob.engines.adapters.ode.simulation import SMALLEST
 
-    confirming_method = next(m for m in METHODS if m.settings.get("method") == "DOP853")
+    (confirming_method,) = [
+        candidate for candidate in METHODS if candidate.settings.get("method") == "DOP853"
+    ]
     return confirming_method, SMALLEST
 
 

@@ -197,13 +197,13 @@ def surfaces_of(mechanism: Mechanism, links: Links, start: State) -> Surfaces:
         # The slop of a body that falls onto another is proportional to the height of its fall.
         slop = ALLOWED_PENETRATION * max(gaps, default=0.0)
     touching_first = sorted(pairs, key=lambda pair: not pair.touches)
-    friction = {pair.surfaces: pair.friction for pair in touching_first}
-    restitution = {pair.surfaces: pair.restitution for pair in touching_first}
+    frictions = {pair.surfaces: pair.friction for pair in touching_first}
+    restitutions = {pair.surfaces: pair.restitution for pair in touching_first}
     return Surfaces(
         all=surfaces,
         pairs=pairs,
-        friction=_factors(len(surfaces), friction),
-        restitution=_factors(len(surfaces), restitution),
+        friction=_factors(len(surfaces), frictions),
+        restitution=_factors(len(surfaces), restitutions),
         skin=skin,
         slop=slop,
         reach=_reach(mechanism, links, start, surfaces, size),

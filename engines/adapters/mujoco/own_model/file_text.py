@@ -187,25 +187,29 @@ def _part_in_text(change: Change, makers: Makers) -> Change | None:
 
 def _text_without(text: bytes, changes: Sequence[Change], makers: Makers) -> bytes:
     """Returns the text of the file with these changes."""
-    values_of_element: dict[int, dict[str, str]] = {}
-    options: dict[str, str] = {}
-    flags = 0
-    for field, indices, value in chain.from_iterable(change.sets for change in changes):
+    sets = list(chain.from_iterable(change.sets for change in changes))
+    attributes: dict[int, dict[str, str]] = {}  # new attributes by the number of the element
+    for field, indices, value in sets:
         kind, _, attribute = field.partition("_")
         for index in indices:
-            values = values_of_element.setdefault(makers[kind, index], {})
-            values[attribute] = f"{value:.12g}"
+            attributes.setdefault(makers[kind, index], {})[attribute] = f"{value:.12g}"
+    elements = _editable(text)
+    text = edited(text, [(elements[number], new) for number, new in attributes.items()])
+    option = _option_without(sets)
+    return inserted(text, tags(text)[0], option) if option else text
+
+
+def _option_without(sets: Sequence[tuple[str, tuple[int, ...], float]]) -> bytes:
+    """Returns the <option> of those changes of fields that are options; empty if there are none."""
+    options: dict[str, str] = {}
+    flags = 0
+    for field, indices, value in sets:
         if not indices and field == "disableflags":
             flags |= int(value)
         elif not indices:
             options[field] = f"{value:.12g}"
-    elements = _editable(text)
-    edits = [(elements[number], values) for number, values in values_of_element.items()]
-    text = edited(text, edits)
     flag = tag_bytes("flag", dict.fromkeys(disabled(flags), "disable")) if flags else b""
-    if not flag and not options:
-        return text
-    return inserted(text, tags(text)[0], tag_bytes("option", options, flag))
+    return tag_bytes("option", options, flag) if flag or options else b""
 
 
 def _fixed_text(text: bytes, fix: FileFix) -> tuple[bytes, FixPlace]:

@@ -219,20 +219,9 @@ class HiddenTouches:
             return True
         if step * max(early.turning, late.turning) > TURNED:
             return False
-        moved = late.places - early.places
-        departures = _departures(early, late)
-        spin_change = _length(late.spin - early.spin)
-        for pair, displacements in ((early, moved), (late, -moved)):
-            normal = pair.normal
-            spin = max(_length(np.cross(normal, end.spin)) for end in ends) + spin_change
-            along = pair.places @ normal
-            # The distances of the points from the plane of contact at this end and at the other
-            distances = pair.distance + along - along.min()
-            other_distances = distances + displacements @ normal - step * lever * spin
-            least = _least_on_parabola(distances, other_distances, 4.0 * departures).min()
-            if least > -SHALLOW:
-                return True
-        return False
+        return any(
+            _least_distance(end, other, lever) > -SHALLOW for end, other in (ends, ends[::-1])
+        )
 
     def _distance(self, data: Any, row: int) -> tuple[float, Array]:
         """Returns the distance [m] of a pair less its margin, and the shortest connection [m] from
@@ -305,6 +294,22 @@ class HiddenTouches:
         spins = np.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
         surfaces = np.sqrt(x * x + y * y + z * z) + self.radii * spins
         return Speeds(time, surfaces, float(spins.max(initial=0.0)))
+
+
+def _least_distance(end: PairState, other: PairState, lever: float) -> float:
+    """Returns the second bound on the distances [m] of the points of a pair from the plane of
+    contact at one `end` of a step, on the way to the `other` end. A rotation of 1 rad brings the
+    surface nearer by `lever` [m]."""
+    normal = end.normal
+    spins = [_length(np.cross(normal, pair.spin)) for pair in (end, other)]
+    spin = max(spins) + _length(other.spin - end.spin)
+    along = end.places @ normal
+    distances = end.distance + along - along.min()
+    approach = abs(other.time - end.time) * lever * spin
+    other_distances = distances + (other.places - end.places) @ normal - approach
+    early, late = sorted((end, other), key=lambda pair: pair.time)
+    curves = 4.0 * _departures(early, late)
+    return float(_least_on_parabola(distances, other_distances, curves).min())
 
 
 def _departures(early: PairState, late: PairState) -> Array:
