@@ -37,6 +37,7 @@ def asked(number):
     return requested_plan(scene("capsule-plan", task(number)).parameters)
 
 
+@pytest.mark.rare(keep=4)
 @pytest.mark.long
 @pytest.mark.parametrize("number", TASKS)
 def test_a_pose_is_reached_along_any_arc_and_segments(number):

@@ -60,11 +60,12 @@ def killed(mutation, tree):
 
 
 def passes(tests, tree):
-    """Whether these tests of the copy `tree` pass; raises RuntimeError where pytest does not run
-    them."""
+    """Whether these tests of the copy `tree` pass, all of their cases; raises RuntimeError where
+    pytest does not run them."""
+    options = ("-x", "-p", "no:cacheprovider", "--suite", "all")
     try:
         done = subprocess.run(
-            [sys.executable, "-B", "-m", "pytest", "-x", "-p", "no:cacheprovider", *tests],
+            [sys.executable, "-B", "-m", "pytest", *options, *tests],
             cwd=tree,
             env={**os.environ, "PYTHONPATH": str(tree.parent)},
             check=False,
