@@ -18,7 +18,7 @@ from plumbob.engines.method import USER_METHOD
 
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, BROWN, VIOLET = "#56b4e9", "#cc79a7", "#8a6a3a", "#6f4bd0"
-GREY = "#5f5f5f"  # of no method: bands, and references that are no predictions
+GREY = "#5f5f5f"  # bands, and references that are no predictions: no method has it
 INK = "#1d2329"  # colour of predictions; a dark page has its light ink in its place
 # colours for curves without a fixed colour, in this order
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, VIOLET, BROWN)

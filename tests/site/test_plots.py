@@ -86,7 +86,7 @@ TO_XYZ = np.array(
         [0.0193339, 0.1191920, 0.9503041],
     ]
 )
-# Two colours side by side are just told apart at 2 units of CIELAB; thin lines that are not side by
+# Two colours side by side are just discerned at 2 units of CIELAB; thin lines that are not side by
 # side need several times as much.
 APART = 15.0
 
@@ -142,7 +142,7 @@ def _alike(figure):
 
 
 @pytest.mark.long
-def test_curves_are_told_apart_and_dots_are_predictions(index):
+def test_curves_are_distinct_and_dots_are_predictions(index):
     figures = [figure for file in site_files(index) for figure in plotted(file)]
     assert len(figures) > 100
     assert [pair for figure in figures for pair in _alike(figure)] == []
