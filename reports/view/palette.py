@@ -105,12 +105,12 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
     return by_method
 
 
-def _free_marker(shape: str, taken: Sequence[str]) -> str:
+def _free_marker(shape: str, used: Sequence[str]) -> str:
     """Returns the marker of a method of an engine with this `shape`: the shape, else the open
-    shape, else the first marker that no earlier method of its colour has; the shape if none is
-    left."""
+    shape, else any marker, whichever first is not among the `used` markers of its colour; the shape
+    if none is left."""
     candidates = (shape, f"{shape}-open", *ALL_MARKERS)
-    return next((marker for marker in candidates if marker not in taken), shape)
+    return next((marker for marker in candidates if marker not in used), shape)
 
 
 def size_class(error: float) -> str:
