@@ -129,6 +129,16 @@ def test_methods_of_one_colour_have_markers_of_their_own():
     assert len(set(looks)) == len(looks)
 
 
+@pytest.mark.parametrize("marker", palette.ALL_MARKERS)
+def test_every_marker_is_seen(marker):
+    """An open circle was the round end of a line without length, in a thin line."""
+    style = palette.Style(palette.BLUE, marker, 6.0)
+    marks = plotly_figure.curve([1, 2], [1, 2], style, marks=True, lines=False)
+    axes = plotly_figure.linear("x"), plotly_figure.linear("y")
+    (path,) = svg_drawing(plotly_figure.figure("", "", [marks], *axes)).paths
+    assert path.width >= 60.0 or "h0" not in path.d
+
+
 def _alike(figure):
     """Pairs of curves of a figure that colour, markers, dashes and width do not tell apart.
     Predictions are left out: each lies on the marks of its own curve."""
