@@ -163,7 +163,7 @@ class FurtherAdvice:
     name: str
     setting: AdvisedSetting | None
     reached: bool  # whether the setting has the wanted error, or less
-    default_error: float  # of MuJoCo's default settings; infinite if no run tells
+    default_error: float  # error of MuJoCo's default settings; infinite if no run tells
 
     @property
     def helps(self) -> bool:

@@ -28,6 +28,7 @@ MOST_TICKS, MAP_SHADES = 6, 16
 GLYPHS = MappingProxyType(
     {
         "circle": "h0",
+        "circle-open": "m-30 0a30 30 0 1 0 60 0a30 30 0 1 0-60 0",
         "square": "m-30-30h60v60h-60z",
         "diamond": "m0-42l42 42l-42 42l-42-42z",
         "triangle-up": "m0-42l40 70h-80z",
@@ -252,7 +253,7 @@ def _marks(trace: PlotlyTrace, x: Axis, y: Axis) -> Iterator[SvgPath]:
     if "markers" in trace["mode"]:
         size = trace["marker"]["size"]
         name = trace["marker"].get("symbol", "circle")
-        shape = GLYPHS[name.removesuffix("-open")]
+        shape = GLYPHS.get(name) or GLYPHS[name.removesuffix("-open")]
         most = trace["marker"].get("maxdisplayed") or len(points)
         every = max(1, -(-len(points) // most))
         marks = "".join(f"M{a:.0f} {b:.0f}{shape}" for a, b in points[::every])

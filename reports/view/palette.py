@@ -18,7 +18,7 @@ from plumbob.engines.method import USER_METHOD
 
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, BROWN, VIOLET = "#56b4e9", "#cc79a7", "#8a6a3a", "#6f4bd0"
-GREY = "#5f5f5f"  # of no method: bands, and references that are no predictions
+GREY = "#5f5f5f"  # bands, and references that are no predictions: no method has it
 INK = "#1d2329"  # colour of predictions; a dark page has its light ink in its place
 # colours for curves without a fixed colour, in this order
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, VIOLET, BROWN)
@@ -105,12 +105,12 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
     return by_method
 
 
-def _free_marker(shape: str, taken: Sequence[str]) -> str:
+def _free_marker(shape: str, used: Sequence[str]) -> str:
     """Returns the marker of a method of an engine with this `shape`: the shape, else the open
-    shape, else the first marker that no earlier method of its colour has; the shape if none is
-    left."""
+    shape, else any marker, whichever first is not among the `used` markers of its colour; the shape
+    if none is left."""
     candidates = (shape, f"{shape}-open", *ALL_MARKERS)
-    return next((marker for marker in candidates if marker not in taken), shape)
+    return next((marker for marker in candidates if marker not in used), shape)
 
 
 def size_class(error: float) -> str:

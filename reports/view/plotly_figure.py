@@ -56,6 +56,7 @@ def curve(
     ys = np.ravel(y)
     indices = np.linspace(0, len(xs) - 1, min(len(xs), MAX_CURVE_POINTS)).astype(int)
     colour = colour or style.colour
+    shape = "spline" if smooth else "linear"
     modes = ("lines", lines), ("markers", marks), ("text", labels)
     trace: dict[str, Any] = {
         "type": "scatter",
@@ -63,12 +64,7 @@ def curve(
         "x": rounded(xs[indices]),
         "y": rounded(ys[indices]),
         "name": name or method,
-        "line": {
-            "color": colour,
-            "width": width,
-            "dash": dash,
-            "shape": "spline" if smooth else "linear",
-        },
+        "line": {"color": colour, "width": width, "dash": dash, "shape": shape},
     }
     if marks:
         trace["marker"] = {

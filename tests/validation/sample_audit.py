@@ -4,7 +4,7 @@ package as a sample.
     python -m plumbob.tests.validation.sample_audit
 
 It takes five seconds of processor time. Look at the differences before they are committed: the
-errors of the audit, and the words of its page.
+errors of the audit, and the text of its page.
 """
 
 import json
