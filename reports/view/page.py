@@ -43,6 +43,11 @@ URL_CHARACTERS = " =/:;,.()'-{}!*"  # characters that need no escape in a data U
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
 
 
+def filled_picture(drawn: SvgDrawing) -> str:
+    """Returns a drawing as the text of an SVG file."""
+    return _environment().get_template("figure.svg.jinja").render(of=drawn)
+
+
 @dataclass(frozen=True)
 class Plots:
     """The parts of one page that its script shows on demand, collected while the template is
@@ -70,7 +75,7 @@ class Plots:
         drawn = svg_drawing(replace(figure, wide=figure.wide and not still), chosen)
         if drawn is None:
             return "", None
-        svg = _environment().get_template("figure.svg.jinja").render(of=drawn)
+        svg = filled_picture(drawn)
         if self.folder is None or still:
             return f"data:image/svg+xml,{quote(svg, safe=URL_CHARACTERS)}", drawn
         name = f"{hashlib.sha256(svg.encode('utf-8')).hexdigest()[:12]}.svg"

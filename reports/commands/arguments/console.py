@@ -13,7 +13,7 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study.scheduler import Progress
 
-WIDTH_FOR_BAR = 60  # [columns] width of a terminal from which a progress bar has room
+WIDTH_FOR_BAR = 60  # [columns] smallest width of a terminal with a progress bar
 
 
 def note(line: str) -> None:
@@ -71,7 +71,7 @@ def progress(
             yield from super().get_renderables()
 
     console = Console(stderr=True)
-    # The description is cut where the terminal is narrow; a bar needs room for itself.
+    # The description is cut where the terminal is narrow.
     description = Column(ratio=1, no_wrap=True, overflow="ellipsis")
     columns: list[rich.ProgressColumn] = [
         rich.TextColumn("{task.description}", table_column=description, markup=False)

@@ -34,6 +34,7 @@ from plumbob.engines.adapters.mujoco.own_model.field import (
 )
 from plumbob.engines.adapters.mujoco.own_model.fields import field_texts
 from plumbob.engines.adapters.mujoco.own_model.hidden_touches import HiddenTouches
+from plumbob.engines.adapters.mujoco.own_model.jacobian_check import jacobian_note
 from plumbob.engines.adapters.mujoco.own_model.places import place_of_weights
 from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import (
@@ -689,4 +690,5 @@ def _notes(model: Any, start: Any) -> tuple[str, ...]:
     """Returns remarks on disabled stages and on an unlikely `start`."""
     stages = ", ".join(disabled(model.opt.disableflags))
     notes = [f"disabled: {stages}"] if stages else []
-    return (*notes, *start_warnings(start))
+    wrong_solver = jacobian_note(model, start)
+    return (*notes, *([wrong_solver] if wrong_solver else ()), *start_warnings(start))
