@@ -256,27 +256,25 @@ def _kept(
     episodes: Episodes, settings: Sequence[Setting], plan: EpisodePlan
 ) -> Iterator[tuple[dict[int, Outcomes], Callable[[int, Outcomes], None]]]:
     """Yields the outcomes that the plan's file has of these episodes, by number, and a function
-    that stores another one at once. The first episode is run again: if its outcomes are others, a
-    policy or a metric has changed behind its name, and none are taken from the file."""
+    that stores another one at once. The first episode is run again, and its outcomes are a part of
+    the key: if a policy or a metric has changed behind its name, none are taken from the file."""
     if plan.file is None:
         yield {}, lambda number, outcomes: None
         return
     first = outcomes_of(episodes, settings, (0,))[0][0]
     script = episodes.script
     motion = [script.start.tolist(), script.period, len(script.controls)]
-    names = [*episodes.names]
+    names = [*episodes.names, *map(repr, first)]
     key = key_of("episodes", names, dict(episodes.model.fields), motion, [*settings])
     plan.file.parent.mkdir(parents=True, exist_ok=True)
     with writing(plan.file) as opened:
         study = store.study_number(opened, key)[0]
         numbers = map(str, range(plan.count))
         rows = store.stored_results(opened, study, numbers, EpisodeOutcomes)
-        if "0" in rows and not np.array_equal(rows["0"].outcomes, first, equal_nan=True):
-            rows = {}
 
         def keep(number: int, outcomes: Outcomes) -> None:
             """Stores the outcomes of an episode before it returns."""
             store.keep(opened, study, {str(number): EpisodeOutcomes(outcomes)})
 
         keep(0, first)
-        yield {int(key): row.outcomes for key, row in rows.items()} | {0: first}, keep
+        yield {int(number): row.outcomes for number, row in rows.items()} | {0: first}, keep
