@@ -134,13 +134,14 @@ class Statics:
     least_grip: float  # [N] the largest normal force between two bodies with that multiple
     # The least multiple of the friction that balanced forces were seen to use; infinite without
     used_friction: float
+    failed: bool  # whether the solver has failed
 
     @property
     def close(self) -> bool:
         """Whether the given friction is too near to the smallest one to tell, or no balanced forces
         within the cones were seen."""
-        seen = self.used_friction <= 1.0 + CLOSE
-        return abs(self.least_friction - 1.0) <= CLOSE or (self.balanced and not seen)
+        unseen = self.balanced and self.used_friction > 1.0 + CLOSE
+        return abs(self.least_friction - 1.0) <= CLOSE or unseen or self.failed
 
     @property
     def balanced(self) -> bool:
@@ -173,6 +174,7 @@ class BalanceProgramme:
         self.cuts = [self._first_cuts(size - 1) for size in self.sizes]
         # The least multiple of the friction that balanced forces were seen to use
         self.used = math.inf
+        self.failed = False  # whether the solver has failed
 
     def _bounds(self, count: int) -> list[tuple[float | None, float | None]]:
         """Returns the least and the largest value of each unknown."""
@@ -233,7 +235,9 @@ class BalanceProgramme:
         else:
             inside = self._forces(friction * self._inner_part, cost, target, bounds)
             forces = forces if inside is None else inside
-        self.used = min(self.used, self._used_friction(forces))
+            assert forces is not None
+        if wanted != "actuation":
+            self.used = min(self.used, self._used_friction(forces))
         normals = forces[self.starts[:-1]]
         index = self.actuator if wanted == "actuation" else self.largest
         return ForceBalance(normals * self.held.newtons, float(forces[index]))
@@ -257,10 +261,12 @@ class BalanceProgramme:
             bounds=bounds,
             method="highs",
         )
-        # Unbalanced loads make every programme feasible: no forces is a solver's failure.
-        if solved.x is None or not solved.x[self.largest + 1 :].sum() <= UNBALANCED:
+        if solved.x is None:
+            # Unbalanced loads make every programme feasible: the solver has failed.
+            self.failed = True
             return None
-        return np.asarray(solved.x)
+        balanced = solved.x[self.largest + 1 :].sum() <= UNBALANCED
+        return np.asarray(solved.x) if balanced else None
 
     def _used_friction(self, forces: Array) -> float:
         """Returns the multiple of the friction that forces use."""
@@ -274,10 +280,9 @@ class BalanceProgramme:
     @property
     def _inner_part(self) -> float:
         """The part of the friction with which the first half-spaces lie inside the cones."""
-        others = max(
-            0, max(self.sizes) - 3
-        )  # torsion and rolling have half-spaces of their own
-        return math.cos(math.pi / FIRST_CUTS) / math.sqrt(1.0 + others)
+        # Forces of torsion and rolling are each within the whole friction.
+        others = max(0, max(self.sizes) - 3)
+        return 1.0 / math.sqrt(math.cos(math.pi / FIRST_CUTS) ** -2 + others)
 
     def _cut_off(self, forces: Array, friction: float) -> bool:
         """Adds a half-space for each contact whose force is outside its cone; returns whether there
@@ -325,8 +330,15 @@ def contact_statics(held: HeldLoads) -> Statics:
     friction = max(1.0, least + CUT)
     balance = programme.balance(friction, "force") if math.isfinite(least) else None
     if balance is None or least > 1.0 + CLOSE:
-        nothing = math.nan
-        return Statics(least, np.zeros(0), nothing, nothing, nothing, programme.used)
+        return Statics(
+            least_friction=least,
+            normal_forces=np.zeros(0),
+            least_force=math.nan,
+            least_actuation=math.nan,
+            least_grip=math.nan,
+            used_friction=programme.used,
+            failed=programme.failed,
+        )
     actuation = programme.balance(friction, "actuation") if held.actuation.any() else None
     pairs = np.array([contact.pair for contact in held.contacts])
     sums = np.bincount(pairs, actuation.normal_forces) if actuation else np.full(1, math.nan)
@@ -337,4 +349,5 @@ def contact_statics(held: HeldLoads) -> Statics:
         least_actuation=actuation.objective if actuation else math.nan,
         least_grip=float(sums.max()),
         used_friction=programme.used,
+        failed=programme.failed,
     )

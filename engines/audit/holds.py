@@ -171,7 +171,7 @@ def holds_audited(
         at_start=at_start,
         moved=place.moved,
         groups=verdicts,
-        predicted=model.predicted_creep(),
+        predicted=model.predicted_creep() if _can_hold(verdicts) else None,
         creep=model.creep((SHORT_CREEP, LONG_CREEP)),
         wanted=wanted,
         tried=(),

@@ -93,6 +93,7 @@ def test_the_exit_code_is_1_where_friction_cannot_hold_or_creep_is_too_fast(
         (f"<body>{BOX}</body>", (), "no body can move"),
         (f'<body pos="0 0 9"><joint/>{BOX}</body>', (), "touches anything"),
         (RESTING.format(box=BOX), ("--holds-body", "world"), "a body that can move: box"),
+        (f'<body gravcomp="1e308"><freejoint/>{BOX}</body>', (), "not a number"),
         (RESTING.format(box=BOX), ("--creep-within", "-1"), "creep-within = -1"),
         (RESTING.format(box=BOX), ("--contacts",), "left out with --contacts"),
         (RESTING.format(box=BOX), ("--duration", "2"), "left out with --holds"),

@@ -57,9 +57,8 @@ WANDERED = 0.25  # displacement over size beyond which bodies have left their st
 # Bounds of MuJoCo's solimp: smallest and largest impedance and midpoint
 IMPEDANCES = (1e-4, 0.9999)
 MOST_RUN_SECONDS = 5.0  # [s] processor time of a run
-MOST_CONTACTS = (
-    60  # contacts of connected bodies: linear programmes then take about ten seconds
-)
+# Largest number of contacts of connected bodies: their linear programmes take about two seconds
+MOST_CONTACTS = 100
 JOINT_DOFS = (6, 3, 1, 1)  # degrees of freedom of a free, ball, slide and hinge joint
 CLOCK_PART = 0.1  # [s] of a run between two looks at the clock
 
@@ -76,6 +75,8 @@ def held_bodies(model: Any, start: Start, body: str | None) -> MujocoHeld:
         held = MujocoHeld(name, model, data, _number(model, body))
         if not model.nv:
             raise NotCertifiable("no body can move")
+        if not np.isfinite(data.qacc_smooth).all():
+            raise NotCertifiable("at its start something is not a number")
         if not (held.at_start.groups or (held.settled and held.settled.groups)):
             what = (
                 f"{body} touches nothing" if body else "no body that can move touches anything"
@@ -160,13 +161,13 @@ class MujocoHeld:
             before = copy.copy(data)
             if not self._run(data, WINDOW):
                 return None, math.inf, False, math.nan
-            speeds.append(self._moved(before, data)[0] / WINDOW)
+            speeds.append(self._moved(before, data)[0] / (data.time - before.time))
             # The first measurement has the way into the contacts.
             change = abs(speeds[-1] - speeds[-2]) if len(speeds) > 2 else math.inf
             late = time.thread_time() - begin > MOST_RUN_SECONDS
             if late or change <= STEADY * speeds[-1] + NO_CHANGE:
                 break
-        steps = len(speeds) * round(WINDOW / self.step)
+        steps = (data.time - self.start.time) / self.step
         seconds = (time.thread_time() - begin) / steps
         return data, speeds[-1], change <= STEADY * speeds[-1] + NO_CHANGE, seconds
 
@@ -188,7 +189,7 @@ class MujocoHeld:
 
     def _run(self, data: Any, duration: float) -> bool:
         """Steps `data` for a duration [s], and returns whether it stays finite and is in time."""
-        steps = round(duration / self.step)
+        steps = max(1, round(duration / self.step))
         part = max(1, round(CLOCK_PART / self.step))
         begin = time.thread_time()
         with collected():
