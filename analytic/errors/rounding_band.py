@@ -58,8 +58,11 @@ class BandSample:
         return self.rounding + self.solver + self.start
 
 
-def carried_band(steps: Iterable[StepRounding], start: Array) -> Iterator[BandSample]:
-    """Yields eq. 1 and 2 after each step, from the difference `start` of the states, shape (m,)."""
+def carried_band(
+    steps: Iterable[StepRounding], start: Array, largest: float = LARGEST
+) -> Iterator[BandSample]:
+    """Yields eq. 1 and 2 after each step, from the difference `start` of the states, shape (m,).
+    The rounding of one step is at most `largest` times its mean square."""
     covariance = np.zeros((start.size, start.size))
     left = np.zeros((start.size, start.size))
     for number, step in enumerate(steps, 1):
@@ -72,7 +75,7 @@ def carried_band(steps: Iterable[StepRounding], start: Array) -> Iterator[BandSa
         estimate = np.sqrt(np.diag(covariance))
         yield BandSample(
             estimate=estimate,
-            rounding=LARGEST * math.sqrt(number) * estimate,
+            rounding=largest * math.sqrt(number) * estimate,
             solver=LARGEST * math.sqrt(number) * np.sqrt(np.diag(left)),
             start=np.abs(start),
             covariance=covariance,

@@ -9,10 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.rounding_band import BandSample, StepRounding, carried_band
+from plumbob.analytic.errors.rounding_band import (
+    LARGEST,
+    BandSample,
+    StepRounding,
+    carried_band,
+)
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.difference.sample_steps import SampleSteps
+from plumbob.engines.difference.sample_steps import ROUNDING, SampleSteps
 from plumbob.engines.recorded_step import StepInput
 
 # Sizes of the differences [m, rad, ...] of a step Jacobian, tried in this order until no contact
@@ -55,7 +60,10 @@ class BandMeasurement:
         of each step, shape (intervals, m)."""
         self.why = self.opened = ""
         rows = list[BandSample]()
-        for row in carried_band(self._contributions(first, rows, left), start):
+        # Engines in single precision have an arithmetic of their own: a step of theirs may round as
+        # much as `SampleSteps.rounding` allows.
+        largest = ROUNDING if self.precision is np.float32 else LARGEST
+        for row in carried_band(self._contributions(first, rows, left), start, largest):
             rows.append(row)
         return Band(first, tuple(rows), self.why, self.opened)
 

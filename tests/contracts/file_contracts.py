@@ -14,6 +14,7 @@ TOP_LEVEL = {
         "ARCHITECTURE.md",
         "CHANGELOG.md",
         "CITATION.cff",
+        "SKILL.md",
         "CONTRIBUTING.md",
         "LICENSE",
         "README.md",

@@ -65,7 +65,14 @@ def wheel(source):
 @pytest.mark.long
 def test_wheel_holds_the_package_and_nothing_else(source, wheel):
     inside = {name for name in wheel.namelist() if ".dist-info/" not in name}
-    root = {"CITATION.cff", "LICENSE", "__init__.py", "__main__.py", "py.typed"}  # with models
+    root = {
+        "CITATION.cff",
+        "LICENSE",
+        "SKILL.md",
+        "__init__.py",
+        "__main__.py",
+        "py.typed",
+    }  # with models
     ours = {p.as_posix() for p in files(source) if p.parts[0] in LAYERS or p.as_posix() in root}
     assert inside == {f"{PACKAGE}/{path}" for path in ours}
     assert f"{PACKAGE}/reports/deep/er/planted.jinja" in inside

@@ -14,7 +14,8 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.difference.repetitions import Repeater, recorded_run, start_of
+from plumbob.engines.difference.port_repetitions import port_repetitions
+from plumbob.engines.difference.repetitions import Repeater, held, recorded_run, start_of
 from plumbob.engines.own_motion import ModelVariation
 from plumbob.reports.cli import main
 
@@ -138,3 +139,17 @@ def test_time_that_is_too_short_leaves_the_answer_open():
     once.allowance = Allowance(0.0)
     row = varied(once, gravity=1.0 + 2.0**-52)
     assert (row.verdict, row.steps.checked) == ("open", 0)
+
+
+@pytest.mark.rare
+def test_a_port_in_single_precision_is_within_its_rounding_alone_and_in_a_batch():
+    """The bound is that of single precision: in double precision the same run is beyond."""
+    pytest.importorskip("mujoco_warp")
+    once = repeater(duration=0.1)
+    given = (once.model, once.start, once.recording, ["mjwarp"], 60.0, lambda what: None)
+    alone, batch = port_repetitions(*given)
+    assert (alone.verdict, batch.verdict) == ("within", "same bits")
+    assert alone.steps.checked == len(once.start.controls)
+    states = once.recording.states.copy()
+    states[1:] += alone.end
+    assert held(once.band, "moved", "port", states).verdict == "beyond"
