@@ -92,16 +92,15 @@ def audit(
     the start), or a MuJoCo environment of Gymnasium that has been reset. The motion starts from a
     `keyframe`, or from the model's state; `qpos` and `qvel` replace positions and velocities. It
     lasts `duration` [s]. `control` is "rest", "zero", "sines" or values of shape (periods,
-    actuators), each held for `period` [s]. A `policy` replaces it: a function of time, qpos and
-    qvel, or an environment's observation, called at the begin of each period (default: one step,
-    or as long as the environment holds an action) of a run at the model's own step. All runs
-    replay its controls, or, if it is `in_the_loop`, ask it with their own states.
+    actuators), each held for `period` [s] (default: one step, or as long as an environment holds an
+    action). A `policy` replaces it: a function of time, qpos and qvel, or of an environment's
+    observation. A run at the model's own step asks it at the begin of each period, and all runs
+    replay its controls; if it is `in_the_loop`, all runs ask it with their own states.
 
-    It takes about `budget` [s] of processor time, with the integrators in `jobs` processes, and as
-    much again for each of derivatives (`gradient`), other `engines`, and `episodes`. `begun` is
-    called with the audit before anything is computed. A folder `references` keeps the certified
-    motion for the next audit of the same model and motion. Raises ParameterError for bad input,
-    and if no reference can be certified.
+    It takes about `budget` [s] of processor time in `jobs` processes, and as much again for each of
+    derivatives (`gradient`), other `engines`, and `episodes`. `begun` is called with the audit
+    before anything is computed. A folder `references` keeps certified motions for later audits.
+    Raises ParameterError for bad input, and if no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>

@@ -124,12 +124,12 @@ IN_ALL_LINES = (
 REPEATED_OPTIONS = (
     *("qpos", "qvel", "ctrl", "policy", "ctrl_period", "duration", "budget", "jobs", "engines"),
 )
-CONTACT_OPTIONS = ("body", "speed", "friction")
+CONTACT_AUDIT_OPTIONS = ("body", "speed", "friction")
 HOLDS_OPTIONS = ("holds_body", "creep_within")
 # Options that all shards of the audits of several models have to share.
 SHARED_BY_SHARDS = (
     *(name for name in MOTION_OPTIONS if name != "jobs"),
-    *CONTACT_OPTIONS,
+    *CONTACT_AUDIT_OPTIONS,
     *HOLDS_OPTIONS,
     "keyframe",
     "contacts",
@@ -336,7 +336,7 @@ def _check_kind(chosen: argparse.Namespace) -> None:
     if chosen.contacts:
         values.refuse_options(chosen, (*MOTION_OPTIONS, "holds"), "left out with --contacts")
     else:
-        values.refuse_options(chosen, CONTACT_OPTIONS, "given with --contacts")
+        values.refuse_options(chosen, CONTACT_AUDIT_OPTIONS, "given with --contacts")
     if chosen.holds:
         refused = [name for name in MOTION_OPTIONS if name != "qpos"]
         values.refuse_options(chosen, (*refused, "absolute"), "left out with --holds")
@@ -503,35 +503,29 @@ def _run_audit(
         )
     start = {name: getattr(chosen, name) for name in ("keyframe", "qpos", "qvel")}
     policy = None if chosen.policy is None else load_policy(chosen.policy)
+    motion = {
+        **start,
+        "control": chosen_control(chosen.ctrl),
+        "duration": chosen.duration,
+        "period": chosen.ctrl_period,
+        "budget": chosen.budget,
+        "policy": policy,
+        **callbacks,
+    }
     if chosen.reproducible:
-        return audit_reproducible(
-            model,
-            chosen_control(chosen.ctrl),
-            **start,
-            duration=chosen.duration,
-            period=chosen.ctrl_period,
-            budget=chosen.budget,
-            policy=policy,
-            engines=ports() if chosen.engines == "all" else engine_names(chosen.engines),
-            **callbacks,
-        )
+        engines = ports() if chosen.engines == "all" else engine_names(chosen.engines)
+        return audit_reproducible(model, engines=engines, **motion)
     old_audit = None
     if chosen.against is not None:
         old_audit = matching_audit(Path(path), chosen.against, chosen.alone)
     result: Audit = audit(
         model,
-        chosen_control(chosen.ctrl),
-        **start,
-        duration=chosen.duration,
-        period=chosen.ctrl_period,
-        budget=chosen.budget,
         jobs=jobs,
         gradient=chosen.gradient,
-        policy=policy,
         in_the_loop=chosen.in_the_loop,
         episodes=None if chosen.episodes is None else episode_plan(chosen),
         engines=engine_names(chosen.engines),
-        **callbacks,
+        **motion,
     )
     result = _with_given_names(result, chosen)
     if chosen.write_trimmed is not None:

@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 INCOMPLETE = 3
-OTHER_BITS = 1  # exit code: a pair has other bits when it is repeated
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -67,16 +66,11 @@ def _measure_and_report(
     are stored alone. Returns the exit code."""
     from plumbob.reports.analyses import requests
     from plumbob.reports.analyses.engines.gradients import with_each_pair
-    from plumbob.reports.view.site.writing import check_site_replaceable
 
     # Findings on scenes and methods that the user has not chosen would take longest.
     needed = partial(requests, pairs_alone=bool(chosen.scenes or chosen.methods))
     judged = list[Judgements]()  # one element, for the analyses and the terminal
-    junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    check_site_replaceable("out", Path(chosen.out))
-    out = writable_folder("out", Path(chosen.out))
-    if junit:
-        writable_folder("junitxml", junit.parent)
+    out, junit = _targets(chosen)
     with Workers(jobs) as workers:
         with (
             measured_into(out / store.FILE, chosen.fresh, note) as checkpoint,
@@ -105,18 +99,30 @@ def _measure_and_report(
             repeated = repeated_pairs(study, show) if chosen.repeat else ()
         for task in checkpoint.given_up:
             note(f"given up: {task}; the same command tries it again")
+        lost = len(checkpoint.given_up)
         if chosen.shard:
-            lost = len(checkpoint.given_up)
             print_shard(chosen, len(study.convergence), "pair", lost)
             return INCOMPLETE if lost else 0
-        number = checkpoint.number
+        report = ["plumbob", "report", str(out), "--study", str(checkpoint.number)]
         try:
             code = print_study(chosen, out, study, junit, judged[0], repeated)
-            return code or (INCOMPLETE if checkpoint.given_up else 0)
+            return code or (INCOMPLETE if lost else 0)
         except BaseException as error:
-            report = shlex.join(["plumbob", "report", str(out), "--study", str(number)])
-            error.add_note(f"the study is stored: `{report}` draws its page")
+            error.add_note(f"the study is stored: `{shlex.join(report)}` draws its page")
             raise
+
+
+def _targets(chosen: argparse.Namespace) -> tuple[Path, Path | None]:
+    """Returns the folder of the pages and the JUnit file, None if the user asks for none. Raises
+    ParameterError if one of them cannot be written."""
+    from plumbob.reports.view.site.writing import check_site_replaceable
+
+    junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
+    check_site_replaceable("out", Path(chosen.out))
+    out = writable_folder("out", Path(chosen.out))
+    if junit:
+        writable_folder("junitxml", junit.parent)
+    return out, junit
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
