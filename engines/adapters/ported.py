@@ -83,14 +83,13 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     Unsupported and ParameterError."""
     import mujoco
 
-    from plumbob.engines.adapters.mujoco.options import integrator_number
-
     compiles = find_engine("mujoco").ability(CompilesScenes)
     assert compiles is not None
     translation = compiles.translation(case, method, step)
     option = translation.spec.option
     option.timestep = step
-    option.integrator = integrator_number(method.settings["integrator"])
+    integrator = str(method.settings["integrator"]).upper()
+    option.integrator = mujoco.mjtIntegrator.__members__[f"mjINT_{integrator}"]
     for start in translation.spec.keys:  # MJX would compile anew for another keyframe
         translation.spec.delete(start)
     model = translation.spec.compile()

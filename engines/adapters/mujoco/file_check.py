@@ -168,8 +168,7 @@ def frequency_ratio(model: mujoco.MjModel) -> float:
         return FREE_BODY
     normal_rows = data.contact.efc_address[sprung]
     jacobian = data.efc_J.reshape(data.nefc, model.nv)[normal_rows]
-    # Rows are the accelerations by unit normal forces: J M^-1.
-    accelerations = np.zeros_like(jacobian)
+    accelerations = np.zeros_like(jacobian)  # J M^-1: accelerations under unit normal forces
     mujoco.mj_solveM(model, data, accelerations, jacobian)
     scales = np.sqrt(np.outer(weights[sprung], weights[sprung]))
     return float(np.linalg.eigvalsh((jacobian @ accelerations.T) / scales).max())

@@ -82,7 +82,7 @@ def needless_stages(model: mujoco.MjModel) -> int:
     fluid = model.opt.density or model.opt.viscosity
     # With both flags set, MuJoCo skips all passive forces, and not only springs and dampers.
     passive = fluid or model.nflex or model.nplugin or _any(model, "body_gravcomp")
-    idle_stages = {
+    has_no_effect = {
         BIT.mjDSBL_CONTACT: not collides,
         BIT.mjDSBL_CONSTRAINT: not constrained,
         BIT.mjDSBL_ACTUATION: not (model.nu or model.nplugin),
@@ -90,7 +90,7 @@ def needless_stages(model: mujoco.MjModel) -> int:
         BIT.mjDSBL_DAMPER: not (passive or _present(model, "damping")),
         BIT.mjDSBL_SENSOR: not model.nsensor,
     }
-    return sum(int(bit) for bit, idle in idle_stages.items() if idle)
+    return sum(int(bit) for bit, needless in has_no_effect.items() if needless)
 
 
 def disabled(flags: int) -> tuple[str, ...]:

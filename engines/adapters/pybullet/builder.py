@@ -18,6 +18,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import TURNING, joint_name, joints_of_body
+from plumbob.engines.adapters.pybullet.client import BASE
 from plumbob.engines.adapters.refusals import (
     names_of,
     refuse,
@@ -48,7 +49,6 @@ EDGE = 1e-3  # radius of a cylinder's edge, relative to the smallest size of the
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 ORIGIN = np.zeros(3)
 NO_INERTIA = np.zeros((3, 3))
-BASE = -1  # number of a multibody's base among its links
 NONE = -1  # number in place of a tree's number that means the world
 
 LinkKey = tuple[int, int]

@@ -8,6 +8,7 @@ from plumbob.models.entry_points import captured
 
 # [m] Bullet's default distance at which contacts act, one number for all clients of a process
 CONTACT_DISTANCE = 0.02
+BASE = -1  # number of a multibody's base among its links
 
 
 def new_client() -> Any:

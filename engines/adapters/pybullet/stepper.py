@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.joints import TURNING, joint_places, with_latest_signs
-from plumbob.engines.adapters.pybullet.builder import BASE, UNLIMITED, Built, LinkKey, build
-from plumbob.engines.adapters.pybullet.client import CONTACT_DISTANCE, new_client
+from plumbob.engines.adapters.pybullet.builder import UNLIMITED, Built, LinkKey, build
+from plumbob.engines.adapters.pybullet.client import BASE, CONTACT_DISTANCE, new_client
 from plumbob.engines.adapters.step_clock import StepClock
 from plumbob.engines.joint_forces import (
     JointForce,

@@ -15,7 +15,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Fields
-from plumbob.engines.adapters.pybullet.client import new_client
+from plumbob.engines.adapters.pybullet.client import BASE, new_client
 from plumbob.engines.peer_model import (
     FREE_VELOCITIES,
     EngineJoint,
@@ -32,7 +32,6 @@ from plumbob.models.border import border
 PROBE = 1e-6  # [s] step that shows accelerations
 DAMPED = "springs and damping dropped; velocities of links damped by Bullet's default"
 WIDE = 1e10  # [rad] or [m] limit that no joint reaches
-BASE = -1  # number of a body's base among its links
 
 
 def model_fields(path: Path) -> Fields:

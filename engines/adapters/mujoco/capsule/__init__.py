@@ -43,7 +43,7 @@ from plumbob.models.tripod_capsule.model import ARMATURE_RATIO, MODEL, armature,
 from plumbob.models.tripod_capsule.observed import heading_of_attitude
 
 PAIR_FIELDS = ("solimp", "solref", "solreffriction")
-CONTACT_OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
+OPTIONS_OF_CONTACTS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
 # There is one body on one plane, and so no islands of contacts to search for.
 ISLANDS = mujoco.mjtDisableBit.mjDSBL_ISLAND
 # Steps of DEFAULT_STEP until default contacts are at rest: 50 of their time constants
@@ -140,7 +140,7 @@ def replace_contacts(spec: mujoco.MjSpec, profile: ContactProfile, step: float) 
     Fields that the profile does not set get MuJoCo's defaults, whatever the file has."""
     defaults = mujoco.MjSpec()
     pair = defaults.add_pair()
-    for name in CONTACT_OPTIONS:
+    for name in OPTIONS_OF_CONTACTS:
         setattr(spec.option, name, getattr(defaults.option, name))
     for contact in spec.pairs:
         for name in PAIR_FIELDS:
