@@ -97,5 +97,5 @@ def analyse_section(
 def with_exact_numbers(analysis: Analysis, numbers: FindingNumbers) -> FindingNumbers:
     """Returns the numbers of an analysis of a study together with its shipped numbers, if it has
     any."""
-    shipped = exact_numbers_of(analysis.template) if analysis.exact else None
+    shipped = exact_numbers_of(analysis.template)
     return Record(**vars(numbers), **shipped.numbers) if shipped else numbers

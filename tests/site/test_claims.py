@@ -41,6 +41,7 @@ COMPUTED = (  # from the sources and the exact motions alone: no figure of their
     "notebook-claims",
     "notebook-bob",
     "cheetah-rhythm",
+    "trained-policies",
     "cart-pole-loop",
 )
 MEASURED = (

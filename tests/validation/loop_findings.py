@@ -3,7 +3,8 @@ into the files of `reports/exact_numbers` that are shipped with the package.
 
     python -m plumbob.tests.validation.loop_findings [TEMPLATE ...]
 
-Takes a minute; needs Gymnasium.
+Takes some minutes; needs Gymnasium. The policies of `engines/trained_policies` are the linear ones
+that `trained_policies.py` writes.
 """
 
 import sys
@@ -18,7 +19,7 @@ from plumbob.engines.audit.environment_returns import EnvironmentEpisodes
 from plumbob.engines.audit.environments import environment, start_and_period
 from plumbob.engines.audit.episodes import outcomes_of
 from plumbob.engines.audit.loop_stability import FedBackModel, loop_stability
-from plumbob.engines.audit.mean_returns import Setting, returns_of
+from plumbob.engines.audit.mean_returns import Setting, interval_of, returns_of
 from plumbob.engines.audit.user_models import quiet, user_models
 from plumbob.engines.closed_loop import ClosedLoop
 from plumbob.engines.own_motion import AS_IT_STANDS, Script
@@ -27,6 +28,7 @@ from plumbob.reports.records.exact_numbers import ExactNumbers, exact_numbers_fi
 from plumbob.reports.records.plain_data import FOR_TEMPLATES, plain
 from plumbob.reports.view.audit.records import loop_record
 from plumbob.tests.validation.exact_numbers import text_of
+from plumbob.tests.validation.trained_policies import FOLDER, TASKS
 
 PACKAGES = ("plumbob", "Python", "numpy", "scipy", "mujoco")
 CART_POLE = Path(__file__).with_name("cart_pole.xml")
@@ -35,6 +37,9 @@ FEEDBACKS = (0.02, 0.1)
 CHEETAH = "HalfCheetah-v5"
 FINER = (1, 2, 4, 8, 16)
 STARTS = 24  # episodes of the rhythm
+# Episodes of a trained policy, and as many more with other seeds
+EPISODES = {"HalfCheetah-v5": 128, "Hopper-v5": 64}
+OTHER_SEED = 1000  # seed of the first of the latter
 
 
 def equations():
@@ -139,6 +144,16 @@ class Rhythm:
         return np.clip(0.9 * wave - self.feedback * observation[11:17], -1.0, 1.0)
 
 
+class Linear:
+    """A trained policy: linear in the observation, and clipped."""
+
+    def __init__(self, task):
+        self.weights = np.loadtxt(FOLDER / f"{task}.txt")
+
+    def __call__(self, observation):
+        return np.clip(self.weights[:, :-1] @ observation + self.weights[:, -1], -1.0, 1.0)
+
+
 def returns(task, policy, count, periods, finer, first_seed=0):
     """The mean returns of a task at its file's step, at finer steps, and with RK4 and implicitfast
     at the file's, and the returns of all episodes."""
@@ -147,7 +162,8 @@ def returns(task, policy, count, periods, finer, first_seed=0):
     model = user_models().model(start, AS_IT_STANDS)
     own = round(period / model.step)
     pairs = [(model.integrator, own * n) for n in finer]
-    pairs += [(name, own) for name in ("rk4", "implicitfast")]
+    others = {"rk4", "implicitfast"} - {model.integrator}
+    pairs += [(name, own) for name in sorted(others, reverse=True)]
     settings = [Setting(name, period / parts, parts) for name, parts in pairs]
     script = Script(model.state, period, np.zeros((periods, model.rest.size)))
     episodes = EnvironmentEpisodes(made.spec, first_seed, policy, model, script)
@@ -180,9 +196,31 @@ def cheetah_rhythm():
     return {"starts": STARTS, "rows": rows}
 
 
+def trained_policies():
+    """The return of policies that were trained at the file's step, at other steps, and again with
+    other seeds."""
+    tasks = {}
+    for task, (periods, *_) in TASKS.items():
+        first, again = (
+            returns(task, Linear(task), EPISODES[task], periods, (1, 4, 16), seed)
+            for seed in (0, OTHER_SEED)
+        )
+        # The difference of both estimates of what the smallest step changes, of independent seeds
+        changes = [found.values[:, 2] - found.values[:, 0] for found in (first, again)]
+        apart = interval_of(changes[0] - changes[1])
+        tasks[task] = {
+            "episodes": EPISODES[task],
+            "rows": rows_of(first),
+            "again": rows_of(again),
+            "apart": [apart.low, apart.high],
+        }
+    return {"tasks": tasks}
+
+
 COMPUTED = {
     "engines/cart_pole_loop": cart_pole,
     "engines/cheetah_rhythm": cheetah_rhythm,
+    "engines/trained_policies": trained_policies,
 }
 
 

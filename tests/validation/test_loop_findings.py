@@ -7,6 +7,7 @@ from plumbob.engines.study.codec import from_json
 from plumbob.reports.records.exact_numbers import ExactNumbers, exact_numbers_of
 from plumbob.tests.validation.exact_numbers import text_of
 from plumbob.tests.validation.loop_findings import COMPUTED, computed_now
+from plumbob.tests.validation.trained_policies import FOLDER, TASKS
 
 
 def recomputed(template):
@@ -28,7 +29,7 @@ def test_the_intervals_of_the_cart_pole():
 
 
 @pytest.mark.rare
-@pytest.mark.parametrize("template", ["engines/cheetah_rhythm"])
+@pytest.mark.parametrize("template", ["engines/cheetah_rhythm", "engines/trained_policies"])
 def test_mean_returns_are_within_their_intervals(template):
     """On another processor chaotic runs part: the means then differ by what the intervals say."""
     pytest.importorskip("gymnasium")
@@ -41,9 +42,19 @@ def test_mean_returns_are_within_their_intervals(template):
 
 def _rows(numbers):
     """All rows of mean returns among numbers."""
+    if "tasks" in numbers:
+        return [row for of in numbers["tasks"].values() for row in (*of["rows"], *of["again"])]
     return [row for rows in numbers["rows"].values() for row in rows]
 
 
-def test_each_finding_has_its_numbers():
+def test_each_finding_has_its_numbers_and_each_task_its_weights():
     for template in COMPUTED:
         assert exact_numbers_of(template).versions["mujoco"]
+    for task in TASKS:
+        assert np.isfinite(np.loadtxt(FOLDER / f"{task}.txt")).all()
+    # Two estimates of what the step changes, from other seeds, differ by less than a fifth of the
+    # return, and by no more than chance.
+    for of in exact_numbers_of("engines/trained_policies").numbers["tasks"].values():
+        low, high = of["apart"]
+        assert low <= 0.0 <= high
+        assert high - low < abs(of["rows"][0]["mean"]) / 5.0

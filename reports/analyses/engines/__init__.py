@@ -15,6 +15,7 @@ from plumbob.reports.analyses.engines.through_contact import THROUGH_CONTACT
 # those that are shipped in reports/exact_numbers.
 POLICIES = (
     Analysis("engines/cheetah_rhythm"),
+    Analysis("engines/trained_policies"),
     Analysis("engines/cart_pole_loop"),
 )
 SECTION = Section(
