@@ -30,6 +30,8 @@ from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, Contac
 
 # Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
 MOVES = 1e-6
+# Largest violation of a cone, over the free acceleration, that counts as none: far below MOVES
+CONE_ROUNDING = 1e-9
 # The slips fall by the factor f^2/(1 + f^2) or less at a friction f and equal masses: at f = 10,
 # 700 times bring them below CLOSE, the least margin that statics resolves.
 MOST_FALLS = 1000
@@ -38,7 +40,7 @@ SETTLED = 1e-7  # relative change of all slips at which they have settled
 
 def can_move(held: HeldLoads) -> bool | None:
     """Returns whether the bodies can begin to move from rest; None if it is not clear, because the
-    slips do not settle.
+    slips do not settle, or a programme is not solved.
 
     >>> floor = ContactRows(np.eye(2)[::-1], np.array([0.6]), 0)
     >>> none = np.zeros((0, 2))
@@ -47,7 +49,10 @@ def can_move(held: HeldLoads) -> bool | None:
     >>> can_move(cube)
     False
     """
-    return _Motion(held).begins()
+    try:
+        return _Motion(held).begins()
+    except RuntimeError:  # the solver of a least-distance programme gives up
+        return None
 
 
 class _Motion:
@@ -87,7 +92,7 @@ class _Motion:
             for rows, slip, cuts in zip(self.contacts, slips, self.cuts, strict=True):
                 normal, tangential = rows[0] @ acceleration, rows[1:] @ acceleration
                 amount = float(np.linalg.norm(tangential))
-                if amount > normal + slip + CUT * amount:
+                if amount > normal + slip + CUT * amount + CONE_ROUNDING:
                     cuts.append(-tangential / amount)
                     cut = True
             if not cut:
