@@ -45,7 +45,6 @@ NOT_RUN = {
     "git clone <this repository> plumbob && cd plumbob": "the repository is here",
     "make validate": "the whole study: minutes; .ci/run does it",
     "make test": "this is part of it",
-    "plumbob validate --repeat": "the whole study twice: tests/study/test_repeating.py has a pair",
     "plumbob validate --like my.xml": "every quick scene: test_like_command.py does a part",
     "plumbob recommend simple-pendulum/free-large --error 1e-6 --like my.xml": (
         "every method of the scene: half a minute; test_like_command.py does a part"
