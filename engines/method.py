@@ -52,6 +52,11 @@ class Unsupported(Exception):
     """Raised if a method cannot run a scene; the text is the reason, in one line."""
 
 
+def no_error(*arguments: object) -> ModelError:
+    """An empty mapping: the engine's model is the system itself, whatever the arguments."""
+    return {}
+
+
 @dataclass(frozen=True)
 class Method:
     """An engine with its integrator and, if it has any, its variant of the model and its

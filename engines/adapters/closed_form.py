@@ -8,8 +8,8 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.schemes import CLOSED_FORM, Scheme
-from plumbob.engines.adapters.stepping import Followed, FollowedSimulation, no_error
-from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.adapters.stepping import Followed, FollowedSimulation
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported, no_error
 from plumbob.engines.sampling import MAX_SAMPLES
 from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, Case
 

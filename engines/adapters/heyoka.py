@@ -27,10 +27,9 @@ from plumbob.engines.abilities import SecondRun
 from plumbob.engines.adapters.stepping import (
     Followed,
     FollowedSimulation,
-    no_error,
     relative_tolerance,
 )
-from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported, no_error
 from plumbob.engines.sampling import MAX_SAMPLES
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
 

@@ -16,7 +16,7 @@ from plumbob.analytic.reference import Array, Signals
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.controlled_steps import TakeSteps
-from plumbob.engines.method import ModelError, Stepping
+from plumbob.engines.method import Stepping
 from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case
 
@@ -175,8 +175,3 @@ def relative_tolerance(tolerance: float, smallest: float) -> float:
         wanted = f"a relative tolerance from {smallest:.1e} to below 1"
         raise ParameterError("step", tolerance, wanted)
     return tolerance
-
-
-def no_error(*arguments: object) -> ModelError:
-    """An empty mapping: the engine's model is the system itself, whatever the arguments."""
-    return {}

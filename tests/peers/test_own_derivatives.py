@@ -29,7 +29,10 @@ from plumbob.tests.support.derivatives import judged_way
         ),
         (CONE, "drake/rk3", "theta", "autodiff", "need a discrete plant"),
         (SWING, "mjx/euler+float64", "length", "jacfwd", ""),
-        (SWING, "mjx/euler+float64", "gravity", "jacrev", ""),
+        # JAX compiles each way for 20 s
+        pytest.param(
+            *(SWING, "mjx/euler+float64", "gravity", "jacrev", ""), marks=pytest.mark.rare
+        ),
     ],
 )
 def test_an_own_way_has_the_error_of_its_step(name, how, by, way, why):

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.abilities import SchemeOfCase
-from plumbob.engines.adapters.stepping import no_error
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, Simulation, no_error
 from plumbob.models.scene import ON_PLANE, ONE_SMOOTH, SMOOTH, Case
 
 ALPHA = Scheme("generalised alpha")

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.abilities import OwnDerivative, SecondRun
-from plumbob.engines.adapters.stepping import no_error
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, Simulation, no_error
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
 

@@ -21,8 +21,7 @@ from plumbob.engines.abilities import (
 )
 from plumbob.engines.adapters.constrained import scheme_unless_constrained
 from plumbob.engines.adapters.own_derivatives import derivative_by_mechanisms
-from plumbob.engines.adapters.stepping import no_error
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, Simulation, no_error
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
 
 if TYPE_CHECKING:
