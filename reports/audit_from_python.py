@@ -63,8 +63,7 @@ def audit(
     begun: Callable[[Audit], None] = lambda audit: None,
     references: Path | None = None,
 ) -> MotionResult:
-    """Audits a model: how wrong are its steps, with its own integrator and step? The audit
-    certifies the continuous motion of the model, and compares the model's steps with it.
+    """Audits a model: how wrong are its own steps beside its certified continuous motion?
 
     `model` is a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData` (its state is
     the start), or a MuJoCo environment of Gymnasium that has been reset. The motion starts from a
@@ -77,9 +76,8 @@ def audit(
 
     It takes about `budget` [s] of processor time, with the integrators in `jobs` processes, and as
     much again for each of derivatives (`gradient`), other `engines`, and `episodes`. `begun` is
-    called with the audit before anything is computed. A folder `references` keeps the certified
-    motion for the next audit of the same model and motion. Raises ParameterError for bad input,
-    and if no reference can be certified.
+    called with the audit before anything is computed. The folder `references` keeps the certified
+    motion for the next audit of it. Raises ParameterError, also if no reference can be certified.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
