@@ -75,7 +75,7 @@ def without_pages(monkeypatch):
     )
 
 
-def _verdicts_alone(study, jobs, judged):
+def _verdicts_alone(study, jobs, judged, progress):
     """The records of a study's pages with its verdicts and nothing else."""
     verdicts = {scene.name: {} for scene in study.scenes}
     for c in study.convergence:
