@@ -85,8 +85,7 @@ def audit(
     begun: Callable[[Audit], None] = lambda audit: None,
     references: Path | None = None,
 ) -> MotionResult:
-    """Audits a model: how wrong are its steps, with its own integrator and step? The audit
-    certifies the continuous motion of the model, and compares the model's steps with it.
+    """Audits a model: how wrong are its own steps beside its certified continuous motion?
 
     `model` is a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData` (its state is
     the start), or a MuJoCo environment of Gymnasium that has been reset. The motion starts from a

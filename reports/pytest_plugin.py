@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from plumbob.reports.view.audit.results import MotionResult
 
 PAIR_OPTIONS = ("scenes", "methods", "profile")
-STUDY_PROFILES = ("quick", "full")
+PROFILE_CHOICES = ("quick", "full")
 # Options in [tool.plumbob] of pyproject.toml, with their types; `budget` [s] is that of an audit.
 PROJECT_OPTIONS: Mapping[str, tuple[type, ...]] = MappingProxyType(
     {"scenes": (str,), "methods": (str,), "profile": (str,), "budget": (int, float)}
@@ -37,7 +37,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--plumbob-methods", metavar="GLOB", help="validate these methods: 'mujoco/*'"
     )
     group.addoption(
-        "--plumbob-profile", choices=STUDY_PROFILES, help="validate the main scenes, or all"
+        "--plumbob-profile", choices=PROFILE_CHOICES, help="validate the main scenes, or all"
     )
 
 
@@ -96,8 +96,8 @@ def _project_options(config: pytest.Config) -> Mapping[str, Any]:
             raise _wrong_option(name, value, f"one of the options {', '.join(PROJECT_OPTIONS)}")
         if not isinstance(value, wanted) or isinstance(value, bool):
             raise _wrong_option(name, value, "a number" if name == "budget" else "a text")
-        if name == "profile" and value not in STUDY_PROFILES:
-            raise _wrong_option(name, value, " or ".join(STUDY_PROFILES))
+        if name == "profile" and value not in PROFILE_CHOICES:
+            raise _wrong_option(name, value, " or ".join(PROFILE_CHOICES))
         if name == "budget" and not 0.0 < table[name] < math.inf:
             raise _wrong_option(name, value, "a number of seconds above 0")
     return dict(table)

@@ -68,6 +68,8 @@ def _merge_study(chosen: argparse.Namespace, folders: Sequence[Path], out: Path)
 
     junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     check_site_replaceable("out", out)
+    if junit:
+        writable_folder("junitxml", junit.parent)
     chosen.like = None
     judged = list[Judgements]()
     jobs = chosen.jobs or os.cpu_count() or 1

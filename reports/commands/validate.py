@@ -16,6 +16,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
+from plumbob.engines.study.extra_runs import Requests
 from plumbob.engines.study.repeating import repeated_pairs
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.workers import Workers
@@ -64,11 +65,6 @@ def _measure_and_report(
     """Measures the scenes with the methods, prints the verdicts and writes the pages. Errors are
     measured by the `executor` if there is one, else in `jobs` processes. Of a shard, the results
     are stored alone. Returns the exit code."""
-    from plumbob.reports.analyses import requests
-    from plumbob.reports.analyses.engines.gradients import with_each_pair
-
-    # Findings on scenes and methods that the user has not chosen would take longest.
-    needed = partial(requests, pairs_alone=bool(chosen.scenes or chosen.methods))
     judged = list[Judgements]()  # one element, for the analyses and the terminal
     out, junit = _targets(chosen)
     with Workers(jobs) as workers:
@@ -84,7 +80,7 @@ def _measure_and_report(
                     workers,
                     executor,
                     progress=show,
-                    requests=with_each_pair(needed) if chosen.gradients else needed,
+                    requests=_needed_runs(chosen),
                     command=whole_command(chosen.line) if chosen.shard else chosen.line,
                     kept=checkpoint,
                     seed=chosen.seed or SEED,
@@ -123,6 +119,16 @@ def _targets(chosen: argparse.Namespace) -> tuple[Path, Path | None]:
     if junit:
         writable_folder("junitxml", junit.parent)
     return out, junit
+
+
+def _needed_runs(chosen: argparse.Namespace) -> Requests:
+    """Returns the function that requests the runs of findings, and of derivatives if the user asks
+    for them. Findings on scenes and methods that the user has not chosen would take longest."""
+    from plumbob.reports.analyses import requests
+    from plumbob.reports.analyses.engines.gradients import with_each_pair
+
+    needed = partial(requests, pairs_alone=bool(chosen.scenes or chosen.methods))
+    return with_each_pair(needed) if chosen.gradients else needed
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:

@@ -97,7 +97,7 @@ def test_the_first_line_is_written_before_anything_is_computed(asked, tmp_path, 
         before.append(out.read_text("utf-8").split(maxsplit=1)[:1])
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("plumbob.engines.audit.audit.certified", interrupted)
+    monkeypatch.setattr("plumbob.engines.audit.kept_reference.certified", interrupted)
     with out.open("w", encoding="utf-8") as file, redirect_stdout(file):
         main(["audit", str(model), *asked])
     assert before == [[] if asked else ["rod.xml"]]

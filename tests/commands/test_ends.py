@@ -260,7 +260,7 @@ PLANTED = MappingProxyType(
             "Translated",
             f"{AUDIT} --engines pinocchio",
         ),
-        "reference": ("plumbob.engines.audit.audit", "certified", AUDIT),
+        "reference": ("plumbob.engines.audit.kept_reference", "certified", AUDIT),
         "template": ("plumbob.reports.view.audit.page", "worded", AUDIT),
         "run": (HINGE, "build", f"run {RUN}"),
         "run, theory": (HINGE, "model_error", f"run {RUN}"),

@@ -31,8 +31,8 @@ def jacobian_note(model: Any, start: Any) -> str:
         return ""
     return (
         f"MuJoCo {mujoco.__version__} has a wrong solver for this model: with a sparse Jacobian "
-        f"its first iteration is {100.0 * difference / largest:.2g} % off, so that more are needed "
-        'or accelerations stay wrong; set jacobian="dense" in <option>, or use another release'
+        f"its first iteration is {100.0 * difference / largest:.2g} % off: more are needed, or "
+        'accelerations stay wrong; set jacobian="dense" in <option>, or use another release'
     )
 
 
