@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ MODELS_ENGINE = "mujoco"  # engine whose integrators a user model names
 class FirstVerdict:
     """The difference that half the step makes, and the error that it suggests."""
 
+    duration: float  # [s] of both runs
     ends_at: float | None  # [s] time at which the run at the model's own step ends early
     why: str  # why it ends early; empty if it does not
     change: (
@@ -25,6 +26,18 @@ class FirstVerdict:
     )
     estimate: float  # [m] estimated error at the model's own step, from the integrator's order
     remarks: tuple[str, ...]  # remarks about the run at the model's own step
+
+
+def affordable(model: OwnModel, script: Script, seconds: float) -> Script | None:
+    """Returns the begin of a script for which a run at the model's own step and a run at half of it
+    take about `seconds` [s] of processor time, by the time of one step; None if that is less than a
+    period of controls."""
+    single_step = replace(script, period=model.step, controls=script.controls[:1])
+    step_seconds = model.stepped(single_step, model.integrator, 1).seconds
+    of_period = (1 + 2) * script.parts(model.step) * step_seconds
+    count = len(script.controls)
+    periods = count if count * of_period <= seconds else math.floor(seconds / of_period)
+    return replace(script, controls=script.controls[:periods]) if periods else None
 
 
 def first_verdict(model: OwnModel, script: Script) -> FirstVerdict:
@@ -42,6 +55,7 @@ def first_verdict(model: OwnModel, script: Script) -> FirstVerdict:
         change = largest_displacement(model, own.states, halved.states)
     ratio = 2.0 ** (method(f"{MODELS_ENGINE}/{model.integrator}").order or 1)
     return FirstVerdict(
+        duration=script.duration,
         ends_at=ends_at,
         why=own.why,
         change=change,

@@ -22,7 +22,7 @@ from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.episodes import START_SPREAD, EpisodePlan, NamedMetric
-from plumbob.engines.audit.first_verdict import first_verdict
+from plumbob.engines.audit.first_verdict import affordable, first_verdict
 from plumbob.engines.audit.holds import CREEP_WANTED, HoldsAudit
 from plumbob.engines.audit.trims import TrimmedFile, effects_of_changes
 from plumbob.engines.audit.user_models import quiet, user_models
@@ -150,6 +150,7 @@ FILE_OPTIONS = (
     "metric",
     "spread",
 )
+FIRST_PART = 0.25  # largest part of the budget for the runs of the first verdict
 EPISODES = "episodes.sqlite3"  # file in the folder --out with the outcomes of episodes
 
 
@@ -263,14 +264,17 @@ def _show_first_verdict(audit: Audit, chosen: argparse.Namespace, above: list[st
     """Prints the first line, which names the audited motion, before the audit begins, also into a
     pipe or a file. Then shows what two runs tell: on a terminal among the lines `above` the
     progress, which disappear with it, else in one line on stderr. A policy in the loop is not asked
-    for it."""
+    for it, and runs that would take more than a part of the budget are shorter, or left out."""
     from plumbob.reports.commands.arguments.console import note
 
     if not (chosen.json or values.as_table(chosen)):
         print(answer_lines(audit_answer(_with_given_names(audit, chosen)))[0], flush=True)
     if audit.script.loop is not None:
         return
-    verdict = first_verdict(audit.model, audit.script)
+    script = affordable(audit.model, audit.script, FIRST_PART * chosen.budget)
+    if script is None:
+        return
+    verdict = first_verdict(audit.model, script)
     remarks = [*audit.notes, *verdict.remarks]
     lines = terminal_lines("audit_first", audit=audit, verdict=verdict, remarks=remarks)
     if sys.stderr.isatty():

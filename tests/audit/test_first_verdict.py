@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.first_verdict import first_verdict
+from plumbob.engines.audit.first_verdict import affordable, first_verdict
 from plumbob.engines.audit.user_models import user_models
 from plumbob.engines.own_motion import AS_IT_STANDS
 
@@ -69,3 +69,22 @@ def test_a_run_that_ends_early_has_no_estimate(rod):
     count = len(motion.times) // 2
     assert (verdict.ends_at, verdict.why) == (motion.times[count - 1], "it falls")
     assert math.isnan(verdict.change)
+
+
+@pytest.mark.parametrize(("seconds", "periods"), [(1.2, 40), (0.3, 10), (0.02, 0)])
+def test_runs_that_would_take_too_long_are_shorter(rod, seconds, periods):
+    """Of 40 periods of one step, a step takes 10 ms, and half of it twice that."""
+    model = user_models().model(rod(1e-2), AS_IT_STANDS)
+    motion = replace(script(model, "rest", 0.4), period=1e-2, controls=np.zeros((40, 0)))
+
+    class Slow:
+        """The model, whose steps take 10 ms."""
+
+        def __getattr__(self, name):
+            return getattr(model, name)
+
+        def stepped(self, *arguments):
+            return replace(model.stepped(*arguments), seconds=0.01)
+
+    short = affordable(Slow(), motion, seconds)
+    assert (0 if short is None else len(short.controls)) == periods
