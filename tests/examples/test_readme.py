@@ -100,6 +100,9 @@ NOT_RUN = {
         ),
         "an index of packages: tests/releases has releases of its own",
     ),
+    "plumbob settings for my.xml --pair ball floor --creep 1e-6": (
+        "geoms of one's own: tests/mujoco/test_settings_for_contacts.py"
+    ),
     "plumbob audit my.xml --reproducible": "seconds: test_reproducible.py has a smaller model",
     "plumbob difference a.npz b.npz --model my.xml": "test_difference_command.py makes recordings",
     "plumbob difference a.npz --model my.xml": "the same with one recording",
