@@ -79,9 +79,19 @@ class _Motion:
                 return False
             fallen = np.array([np.linalg.norm(r[1:] @ acceleration) for r in self.contacts])
             if np.abs(fallen - slips).max(initial=0.0) <= SETTLED * fallen.max(initial=0.0):
-                return True
+                return True if self._settling_tells else None
             slips = fallen
         return None
+
+    @property
+    def _settling_tells(self) -> bool:
+        """Whether slips that have settled differ from slips that fall. At a friction f, slips fall
+        by 1/f^2 of themselves or more, which is hidden below SETTLED if f is too large."""
+        friction = max(
+            (np.linalg.norm(rows[1:], 2) for rows in self.contacts if len(rows) > 1),
+            default=0.0,
+        )
+        return bool(friction**2 * SETTLED < 1.0)
 
     def _nearest(self, slips: Array) -> Array:
         """Returns the acceleration next to the free one that the contacts allow at given

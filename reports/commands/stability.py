@@ -122,7 +122,13 @@ def _print_loops(chosen: argparse.Namespace) -> int:
     """Prints the stability of a model file under a policy about a fixed point, with each integrator
     that the user names; by default with the file's own. Returns 1 if the first loop is unstable, 3
     if there is no fixed point. Raises ParameterError."""
-    from plumbob.engines.audit.loop_stability import MOST_LATE, FedBackModel, loop_stability
+    from plumbob.engines.audit.loop_stability import (
+        MOST_GAIN,
+        MOST_HOLD,
+        MOST_LATE,
+        FedBackModel,
+        loop_stability,
+    )
     from plumbob.engines.audit.step_of_method import runs_of
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.closed_loop import ClosedLoop
@@ -140,10 +146,11 @@ def _print_loops(chosen: argparse.Namespace) -> int:
         model, script = model_and_script(chosen)
         named = (runs_of(m, model.steppable) for p in chosen.method for m in find_methods(p))
         integrators = tuple(named) or (model.integrator,)
-        late = round(delay / model.step)
         hold = script.parts(model.step)
+        longest = MOST_LATE * hold * model.step
+        late = round(min(delay, 2.0 * longest) / model.step)
         if abs(late * model.step - delay) > 1e-6 * delay or late > MOST_LATE * hold:
-            wanted = f"a multiple of the step, {model.step:g} s, up to {MOST_LATE} periods"
+            wanted = f"a multiple of the step, {model.step:g} s, up to {longest:g} s"
             raise ParameterError("delay", delay, wanted)
         assert isinstance(script.loop, ClosedLoop)
         for name in integrators:
@@ -161,7 +168,12 @@ def _print_loops(chosen: argparse.Namespace) -> int:
         "loops": [loop_record(loop) for loop in loops],
         "versions": package_versions(),
     }
-    values.show(chosen, answer, "stability_loop", model=chosen.scene, loops=loops)
+    tried = {
+        "hold": f"up to {MOST_HOLD} steps",
+        "delay": f"up to {MOST_LATE} control periods",
+        "gain": f"from ×{1.0 / MOST_GAIN:g} to ×{MOST_GAIN:g}",
+    }
+    values.show(chosen, answer, "stability_loop", model=chosen.scene, loops=loops, tried=tried)
     return 1 if loops[0].unstable else 0
 
 
