@@ -23,13 +23,14 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import block_diag, null_space
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear, nnls
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, ContactRows, HeldLoads
 
 # Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
 MOVES = 1e-6
+SOLVED = 1e-8  # steepest descent of a programme that counts as none; wrong weights leave 0.1
 # Largest violation of a cone, over the free acceleration, that counts as none: far below MOVES
 CONE_ROUNDING = 1e-9
 # The slips fall by the factor f^2/(1 + f^2) or less at a friction f and equal masses: at f = 10,
@@ -133,7 +134,21 @@ class _Motion:
         target[-1] = 1.0
         weights, _ = nnls(programme, target, maxiter=100 * len(rows))
         residual = programme @ weights - target
+        if not _is_least(programme, residual):
+            # Half-spaces that repeat each other can lead nnls to wrong weights.
+            solved = lsq_linear(
+                programme, target, (0.0, np.inf), "bvls", max_iter=100 * len(rows)
+            )
+            residual = programme @ solved.x - target
+            if not _is_least(programme, residual):
+                raise RuntimeError("a least-distance programme is not solved")
         return np.asarray(self.free - residual[:-1] / residual[-1])
+
+
+def _is_least(programme: Array, residual: Array) -> bool:
+    """Returns whether no larger weight of a column of the programme makes the residual smaller."""
+    steepest = (programme.T @ residual) / np.linalg.norm(programme, axis=0)
+    return bool(steepest.min() >= -SOLVED)
 
 
 def _dry_as_contacts(held: HeldLoads) -> HeldLoads:

@@ -70,6 +70,17 @@ def test_a_box_that_its_weight_presses_down_needs_no_preload(friction, said):
     assert judged(pulled).coulomb == said
 
 
+def test_a_ball_that_rests_on_planes_that_repeat_each_other_holds():
+    planes = '<geom type="plane" size="1 1 1"/>' * 2
+    ball = Arrangement(
+        name="ball with a smaller ball inside",
+        text=f"""<mujoco><worldbody>{planes}<geom type="box" size=".1 .1 .1"/><body pos="0 0 .1">
+<freejoint/><geom size=".1"/><geom size=".05"/></body></worldbody></mujoco>""",
+        coulomb="holds",
+    )
+    assert judged(ball).coulomb == "holds"
+
+
 @pytest.mark.rare
 def test_forty_arrangements_are_judged_as_their_closed_forms_say():
     answers = [missed(number) for number in range(4 * len(KINDS))]
