@@ -30,7 +30,9 @@ from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, Contac
 
 # Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
 MOVES = 1e-6
-SOLVED = 1e-8  # steepest descent of a programme that counts as none; wrong weights leave 0.1
+STEEPEST_LEFT = (
+    1e-8  # steepest descent of a programme that counts as none; wrong weights leave 0.1
+)
 # Largest violation of a cone, over the free acceleration, that counts as none: far below MOVES
 CONE_ROUNDING = 1e-9
 # The slips fall by the factor f^2/(1 + f^2) or less at a friction f and equal masses: at f = 10,
@@ -86,8 +88,8 @@ class _Motion:
 
     @property
     def _settling_tells(self) -> bool:
-        """Whether slips that have settled differ from slips that fall. At a friction f, slips fall
-        by 1/f^2 of themselves or more, which is hidden below SETTLED if f is too large."""
+        """Whether slips that have settled differ from slips that fall. At a friction f, the
+        relative fall is 1/f^2 or more, which is hidden below SETTLED if f is too large."""
         friction = max(
             (np.linalg.norm(rows[1:], 2) for rows in self.contacts if len(rows) > 1),
             default=0.0,
@@ -148,7 +150,7 @@ class _Motion:
 def _is_least(programme: Array, residual: Array) -> bool:
     """Returns whether no larger weight of a column of the programme makes the residual smaller."""
     steepest = (programme.T @ residual) / np.linalg.norm(programme, axis=0)
-    return bool(steepest.min() >= -SOLVED)
+    return bool(steepest.min() >= -STEEPEST_LEFT)
 
 
 def _dry_as_contacts(held: HeldLoads) -> HeldLoads:

@@ -11,7 +11,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.systems.coulomb_statics import MOST_FRICTION
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.engines.audit.holds import LONG_CREEP, SHORT_CREEP, HoldsAudit
@@ -71,7 +70,6 @@ def audit_answer(audit: AnyAudit) -> Finding:
             "short": SHORT_CREEP,
             "long": LONG_CREEP,
             "infinite": math.inf,
-            "most_friction": MOST_FRICTION,
         }
         (finding,) = worded("audit/holds", numbers)
     elif isinstance(audit, RepeatedMotion):

@@ -57,7 +57,7 @@ def test_an_arrangement_is_judged_as_its_closed_form_says(number):
     assert not missed(number)
 
 
-# At the friction 1e6, slips fall by 1e-12 of themselves: too slowly to tell from settled ones.
+# At the friction 1e6, the relative fall of slips is 1e-12: too slow to tell from settled ones.
 @pytest.mark.parametrize(("friction", "said"), [(1.0, "holds"), (1e6, CLOSE), (1e10, CLOSE)])
 def test_a_box_that_its_weight_presses_down_needs_no_preload(friction, said):
     pulled = Arrangement(
