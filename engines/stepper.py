@@ -98,5 +98,5 @@ class TellsStepDerivatives(Protocol):
 class TellsForces(Protocol):
     """A stepper of an engine that reports forces."""
 
-    def forces(self) -> Forces:
+    def forces_of_last_step(self) -> Forces:
         """Returns the forces of the last step."""

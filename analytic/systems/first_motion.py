@@ -30,15 +30,14 @@ from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, Contac
 
 # Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
 MOVES = 1e-6
-STEEPEST_LEFT = (
-    1e-8  # steepest descent of a programme that counts as none; wrong weights leave 0.1
-)
+# Steepest descent of a programme that counts as none: right weights leave 1e-15, wrong ones 0.1
+STEEPEST_LEFT = 1e-8
 # Largest violation of a cone, over the free acceleration, that counts as none: far below MOVES
 CONE_ROUNDING = 1e-9
 # The slips fall by the factor f^2/(1 + f^2) or less at a friction f and equal masses: at f = 10,
 # 700 times bring them below CLOSE, the least margin that statics resolves.
 MOST_FALLS = 1000
-SETTLED = 1e-7  # relative change of all slips at which they have settled
+SETTLED_SLIPS = 1e-7  # relative change of all slips at which they have settled
 
 
 def can_move(held: HeldLoads) -> bool | None:
@@ -81,7 +80,8 @@ class _Motion:
             if np.linalg.norm(acceleration) <= MOVES * size:
                 return False
             fallen = np.array([np.linalg.norm(r[1:] @ acceleration) for r in self.contacts])
-            if np.abs(fallen - slips).max(initial=0.0) <= SETTLED * fallen.max(initial=0.0):
+            change = np.abs(fallen - slips).max(initial=0.0)
+            if change <= SETTLED_SLIPS * fallen.max(initial=0.0):
                 return True if self._settling_tells else None
             slips = fallen
         return None
@@ -89,12 +89,12 @@ class _Motion:
     @property
     def _settling_tells(self) -> bool:
         """Whether slips that have settled differ from slips that fall. At a friction f, the
-        relative fall is 1/f^2 or more, which is hidden below SETTLED if f is too large."""
+        relative fall is 1/f^2 or more, which is hidden below SETTLED_SLIPS if f is too large."""
         friction = max(
             (np.linalg.norm(rows[1:], 2) for rows in self.contacts if len(rows) > 1),
             default=0.0,
         )
-        return bool(friction**2 * SETTLED < 1.0)
+        return bool(friction**2 * SETTLED_SLIPS < 1.0)
 
     def _nearest(self, slips: Array) -> Array:
         """Returns the acceleration next to the free one that the contacts allow at given

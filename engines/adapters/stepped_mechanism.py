@@ -83,7 +83,9 @@ def ready_to_step(
     observes_forces = file.forces and any(
         observable.force for observable in case.system.observables
     )
-    forces = stepper.forces if observes_forces and isinstance(stepper, TellsForces) else None
+    forces = None
+    if observes_forces and isinstance(stepper, TellsForces):
+        forces = stepper.forces_of_last_step
 
     def read() -> tuple[State, Forces | None]:
         """The present state, and the forces of the last step if they are observed."""

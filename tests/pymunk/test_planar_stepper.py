@@ -80,8 +80,14 @@ def test_nothing_survives_a_put(name):
         stepper.advance(controls, steps)
     assert used.state().qpos.tobytes() == fresh.state().qpos.tobytes()
     assert used.state().qvel.tobytes() == fresh.state().qvel.tobytes()
-    assert used.forces().joints.tobytes() == fresh.forces().joints.tobytes()
-    assert used.forces().touching.tobytes() == fresh.forces().touching.tobytes()
+    assert (
+        used.forces_of_last_step().joints.tobytes()
+        == fresh.forces_of_last_step().joints.tobytes()
+    )
+    assert (
+        used.forces_of_last_step().touching.tobytes()
+        == fresh.forces_of_last_step().touching.tobytes()
+    )
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -201,12 +207,12 @@ def test_joints_of_hanging_rods_carry_what_is_below_them():
     stepper = planar_stepper(mechanism, rest, TIGHT, 1e-3)
     stepper.put(rest)
     assert isinstance(stepper, TellsForces)
-    assert np.isnan(stepper.forces().joints).all()
+    assert np.isnan(stepper.forces_of_last_step().joints).all()
     stepper.advance(None, 20)
     masses = [body.mass for body in mechanism.bodies[1:]]
     weights = 9.81 * np.cumsum(masses[::-1])[::-1]
     expected = np.stack([0 * weights, 0 * weights, weights], axis=1)
-    assert stepper.forces().joints == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert stepper.forces_of_last_step().joints == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def test_cubes_of_a_stack_push_up_what_they_carry():
@@ -215,7 +221,10 @@ def test_cubes_of_a_stack_push_up_what_they_carry():
     stepper.advance(None, 20)
     stack = case_of(scene(name)).problem
     touching = scene_mechanism(name).mechanism.touching
-    pushed = {t.shapes: f for t, f in zip(touching, stepper.forces().touching, strict=True)}
+    pushed = {
+        t.shapes: f
+        for t, f in zip(touching, stepper.forces_of_last_step().touching, strict=True)
+    }
     for lower, force in enumerate(stack.normal_forces):
         assert pushed[lower, lower + 1] == pytest.approx([0.0, 0.0, force], rel=1e-9, abs=1e-9)
 
@@ -228,7 +237,9 @@ def test_fingers_press_and_hold_a_load_together():
     mechanism = scene_mechanism(name).mechanism
     names = [shape.name for shape in mechanism.shapes]
     on_cube = {}
-    for touch, force in zip(mechanism.touching, stepper.forces().touching, strict=True):
+    for touch, force in zip(
+        mechanism.touching, stepper.forces_of_last_step().touching, strict=True
+    ):
         first, second = (names[number] for number in touch.shapes)
         if first == "cube":
             on_cube[second] = -force
@@ -241,7 +252,7 @@ def test_fingers_press_and_hold_a_load_together():
 def test_a_joint_in_a_loop_tells_no_force():
     stepper = stepper_of("four-bar/crank-rocker", 1e-3)
     stepper.advance(None, 5)
-    assert np.isnan(stepper.forces().joints).all()
+    assert np.isnan(stepper.forces_of_last_step().joints).all()
 
 
 def test_a_platform_keeps_its_rate():

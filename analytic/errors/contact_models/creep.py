@@ -118,21 +118,30 @@ def steady_creep(
     normals = np.array([contact.rows[0] for contact in contacts])
     loads = np.array([contact.load for contact in contacts])
     stiff = np.array([contact.normal_resistance(step) for contact in contacts])
-    always = joints + normals.T @ (stiff[:, None] * normals)
+    without_friction = joints + normals.T @ (stiff[:, None] * normals)
     basis = null_space(held) if len(held) else np.eye(len(load))
     pull = basis.T @ (load + normals.T @ loads)
     velocity = np.zeros(len(load))
     for _ in range(MOST_CREEP_ITERATIONS):
-        resistance = always.copy()
-        for contact in contacts:
-            rows = contact.rows[1:]
-            if len(rows):
-                coefficients = contact.resistances(step, rows @ velocity)
-                resistance += rows.T @ (coefficients[:, None] * rows)
+        resistance = _with_friction(without_friction, contacts, velocity, step)
         reduced = basis.T @ resistance @ basis
-        moved = np.linalg.lstsq(reduced, pull, rcond=1e-14)[0]
-        last, velocity = velocity, np.asarray(basis @ moved)
-        change = np.abs(velocity - last).max(initial=0.0)
+        last_velocity = velocity
+        velocity = np.asarray(basis @ np.linalg.lstsq(reduced, pull, rcond=1e-14)[0])
+        change = np.abs(velocity - last_velocity).max(initial=0.0)
         if change <= UNCHANGED * np.abs(velocity).max(initial=0.0):
             return velocity
     return None
+
+
+def _with_friction(
+    resistance: Array, contacts: tuple[SoftRows, ...], velocity: Array, step: float
+) -> Array:
+    """Returns a resistance, shape (n, n), plus the resistance of friction at a velocity, shape
+    (n,), in steps of `step` [s]."""
+    total = resistance.copy()
+    for contact in contacts:
+        rows = contact.rows[1:]
+        if len(rows):
+            coefficients = contact.resistances(step, rows @ velocity)
+            total += rows.T @ (coefficients[:, None] * rows)
+    return total

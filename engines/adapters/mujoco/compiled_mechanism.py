@@ -14,7 +14,12 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.colliding_pairs import colliding_pairs
-from plumbob.engines.adapters.mujoco.model_fields import ONE_DEGREE, name_with_kind
+from plumbob.engines.adapters.mujoco.model_fields import (
+    ONE_DEGREE,
+    actuator_count,
+    control_counts,
+    name_with_kind,
+)
 from plumbob.engines.mechanism import (
     Actuator,
     Body,
@@ -216,8 +221,9 @@ def _actuators(model: Any) -> Iterator[Actuator]:
     if model.opt.disableflags & BITS.mjDSBL_ACTUATION:
         return
     clamped = not model.opt.disableflags & BITS.mjDSBL_CLAMPCTRL
-    for number in filter(partial(_simple, model), range(model.nactuator)):
-        control = int(model.actuator_ctrladr[number])
+    counts = control_counts(model)
+    for number in filter(partial(_simple, model), range(actuator_count(model))):
+        control = int(counts[:number].sum())
         bias = model.actuator_biasprm[number, :3] * (model.actuator_biastype[number] == AFFINE)
         limited = clamped and model.actuator_ctrllimited[control]
         yield Actuator(
@@ -244,7 +250,7 @@ def _simple(model: Any, number: int) -> bool:
         and model.actuator_gaintype[number] == FIXED
         and model.actuator_biastype[number] in (int(mujoco.mjtBias.mjBIAS_NONE), AFFINE)
     )
-    one_control = model.actuator_ctrlnum[number] == 1
+    one_control = control_counts(model)[number] == 1
     no_plug_in = model.actuator_plugin[number] < 0
     return bool(one_degree and linear and one_control and no_plug_in)
 
@@ -261,7 +267,7 @@ def _not_expressed(model: Any) -> Iterator[str]:
     other_kinds = ~np.isin(model.eq_type[active], list(LOOP_KINDS))
     yield from names("equality", active[other_kinds])
     if not model.opt.disableflags & BITS.mjDSBL_ACTUATION:
-        actuators = range(model.nactuator)
+        actuators = range(actuator_count(model))
         others = [actuator for actuator in actuators if not _simple(model, actuator)]
         yield from names("actuator", others)
     yield from names("tendon", range(model.ntendon))

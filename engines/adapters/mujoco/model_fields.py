@@ -81,6 +81,12 @@ def actuator_count(model: Any) -> int:
     return len(model.actuator_trnid)
 
 
+def control_counts(model: Any) -> Any:
+    """The number of controls of each actuator: one in releases before 3.11, which have no field for
+    it."""
+    return getattr(model, "actuator_ctrlnum", np.ones(actuator_count(model), int))
+
+
 def name_of(model: Any, kind: str, number: int) -> str:
     """The name of a body, geom, joint, ...; if the file gives it none, its place in the file:
     "joint 0 of body arm", "body 2", "actuator 1"."""

@@ -146,7 +146,7 @@ class PlanarStepper:
         body.position = vector(link.hinge.place + arm * (1 + opening))
         body.velocity = vector(arm * speed)
 
-    def forces(self) -> Forces:
+    def forces_of_last_step(self) -> Forces:
         """The forces of the last step: those of the joints of trees, in the plane, and those of
         shapes that touch. The force of a joint in a loop, and of a platform that turns, is nan."""
         planar = self._planar

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array, Signals
-from plumbob.engines.adapters.mujoco.model_fields import actuator_count, name_of
+from plumbob.engines.adapters.mujoco.model_fields import control_counts, name_of
 from plumbob.engines.adapters.mujoco.options import numbers_text
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import HeldContacts
@@ -25,10 +25,8 @@ DEEP = 0.01
 def control_names(model: Any) -> tuple[str, ...]:
     """Returns a name for each control: the name of its actuator, with a number if the actuator has
     several controls."""
-    count = actuator_count(model)
-    counts_of_controls = getattr(model, "actuator_ctrlnum", np.ones(count, int))
     controls = list[str]()
-    for actuator, size in enumerate(counts_of_controls):
+    for actuator, size in enumerate(control_counts(model)):
         name = name_of(model, "actuator", actuator)
         controls += (
             [f"{name}[{number}]" for number in range(size)] if size > 1 else [name] * size
