@@ -24,6 +24,8 @@ from plumbob.models.entry_points import on_stderr
 
 # [s] longest time that the answers to one run may take: some thousand answers of a neural network
 LONGEST_ANSWERS = 10.0
+# MuJoCo applies none of the controls if one of them is larger.
+LARGEST_CONTROL = 1e10
 # A policy that an environment asks, in messages
 OF_OBSERVATION = "a function of an observation that returns an action of finite numbers"
 
@@ -219,9 +221,10 @@ class ClosedLoop:
 
 
 def finite_controls(control: Array, at: float) -> Array:
-    """Returns controls at a time [s], shape (n,). Raises NotControlled unless all are finite."""
-    if not np.isfinite(control).all():
-        raise NotControlled(
-            f"the policy returns {shortened(str(control.tolist()), 40)} at {at:.4g} s"
-        )
+    """Returns controls at a time [s], shape (n,). Raises NotControlled unless all are finite, and
+    at most LARGEST_CONTROL."""
+    if not (np.abs(control) <= LARGEST_CONTROL).all():
+        beyond = f", beyond {LARGEST_CONTROL:g}" if np.isfinite(control).all() else ""
+        returned = shortened(str(control.tolist()), 40)
+        raise NotControlled(f"the policy returns {returned} at {at:.4g} s{beyond}")
     return control

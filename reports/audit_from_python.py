@@ -17,7 +17,7 @@ from plumbob.engines.abilities import RunsCopies
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import Audit, audited, with_gradient, with_returns
 from plumbob.engines.audit.contacts import SPEED, contacts_audited
-from plumbob.engines.audit.controls import DURATION, script
+from plumbob.engines.audit.controls import held_period, possible_duration, script
 from plumbob.engines.audit.engines import with_engines
 from plumbob.engines.audit.environment_returns import EnvironmentEpisodes, motion_return
 from plumbob.engines.audit.environments import (
@@ -150,7 +150,7 @@ class _AskedFor:
         controls and the duration. Raises ParameterError."""
         model, period = start_and_period(self.environment)
         if self.policy is not None and not self.in_the_loop:
-            seconds = _duration_or_default(duration)
+            seconds = possible_duration(duration, period)
             control, duration = _rolled_out(self.environment, self.policy, seconds), None
         return model, control, duration, period
 
@@ -285,8 +285,8 @@ def user_motion(
             if environment is not None:
                 ask = AskedEnvironment(environment, user_model)
             loop = ClosedLoop(policy, user_model.rest.size, velocities, ask)
-            held = user_model.step if period is None else positive("ctrl period", period)
-            control = _recorded(user_model, loop, held, _duration_or_default(duration))
+            held = held_period(user_model, user_model.step if period is None else period)
+            control = _recorded(user_model, loop, held, possible_duration(duration, held))
             period, duration = held, None
         motion = script(user_model, control, duration, period)
         if in_the_loop:
@@ -330,11 +330,6 @@ def _check_budget(model: OwnModel, motion: Script, budget: float) -> None:
         least = f"{LEAST_EVALUATIONS * seconds:.2g} or more"
         reason = f"one evaluation of the model takes {seconds:.2g} s"
         raise ParameterError("budget", budget, f"{least}: {reason}")
-
-
-def _duration_or_default(duration: float | None) -> float:
-    """Returns the duration [s], or the default one; raises ParameterError if it is not positive."""
-    return DURATION if duration is None else positive("duration", duration)
 
 
 @quiet()

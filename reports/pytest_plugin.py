@@ -74,8 +74,13 @@ def audit_with_kept_references(request: pytest.FixtureRequest) -> Callable[..., 
         """Returns the audit of a model; the arguments are those of `plumbob.audit`."""
         __tracebackhide__ = True
         from plumbob import audit
+        from plumbob.analytic.parameters import ParameterError
 
-        return audit(model, control, **{**kept, **options})
+        try:
+            return audit(model, control, **{**kept, **options})
+        except ParameterError as error:
+            # The failure shows the test alone: the mistake is in its arguments.
+            raise error.with_traceback(None) from None
 
     return audited
 
@@ -90,17 +95,20 @@ def _project_options(config: pytest.Config) -> Mapping[str, Any]:
         table = tomllib.loads(file.read_text("utf-8")).get("tool", {}).get("plumbob", {})
     except (OSError, ValueError):
         return {}  # pytest itself reports a damaged file
-    for name, value in dict[str, Any](table).items():
+    if not isinstance(table, dict):
+        raise pytest.UsageError(f"tool.plumbob = {table!r}: must be a table, [tool.plumbob]")
+    for name, value in table.items():
         wanted = PROJECT_OPTIONS.get(name)
         if wanted is None:
             raise _wrong_option(name, value, f"one of the options {', '.join(PROJECT_OPTIONS)}")
-        if not isinstance(value, wanted) or isinstance(value, bool):
-            raise _wrong_option(name, value, "a number" if name == "budget" else "a text")
+        if not isinstance(value, wanted) or isinstance(value, bool) or value == "":
+            expected = "a number" if name == "budget" else "a text, not empty"
+            raise _wrong_option(name, value, expected)
         if name == "profile" and value not in PROFILE_CHOICES:
             raise _wrong_option(name, value, " or ".join(PROFILE_CHOICES))
         if name == "budget" and not 0.0 < table[name] < math.inf:
             raise _wrong_option(name, value, "a number of seconds above 0")
-    return dict(table)
+    return table
 
 
 def _wrong_option(name: str, value: Any, expected: str) -> pytest.UsageError:

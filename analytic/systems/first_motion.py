@@ -23,13 +23,15 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import block_diag, null_space
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear, nnls
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, ContactRows, HeldLoads
 
 # Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
 MOVES = 1e-6
+# Steepest descent of a programme that counts as none: right weights leave 1e-15, wrong ones 0.1
+STEEPEST_LEFT = 1e-8
 # Largest violation of a cone, over the free acceleration, that counts as none: far below MOVES
 CONE_ROUNDING = 1e-9
 # The slips fall by the factor f^2/(1 + f^2) or less at a friction f and equal masses: at f = 10,
@@ -78,12 +80,21 @@ class _Motion:
             if np.linalg.norm(acceleration) <= MOVES * size:
                 return False
             fallen = np.array([np.linalg.norm(r[1:] @ acceleration) for r in self.contacts])
-            if np.abs(fallen - slips).max(initial=0.0) <= SETTLED_SLIPS * fallen.max(
-                initial=0.0
-            ):
-                return True
+            change = np.abs(fallen - slips).max(initial=0.0)
+            if change <= SETTLED_SLIPS * fallen.max(initial=0.0):
+                return True if self._settling_tells else None
             slips = fallen
         return None
+
+    @property
+    def _settling_tells(self) -> bool:
+        """Whether slips that have settled differ from slips that fall. At a friction f, the
+        relative fall is 1/f^2 or more, which is hidden below SETTLED_SLIPS if f is too large."""
+        friction = max(
+            (np.linalg.norm(rows[1:], 2) for rows in self.contacts if len(rows) > 1),
+            default=0.0,
+        )
+        return bool(friction**2 * SETTLED_SLIPS < 1.0)
 
     def _nearest(self, slips: Array) -> Array:
         """Returns the acceleration next to the free one that the contacts allow at given
@@ -125,7 +136,21 @@ class _Motion:
         target[-1] = 1.0
         weights, _ = nnls(programme, target, maxiter=100 * len(rows))
         residual = programme @ weights - target
+        if not _is_least(programme, residual):
+            # Half-spaces that repeat each other can lead nnls to wrong weights.
+            solved = lsq_linear(
+                programme, target, (0.0, np.inf), "bvls", max_iter=100 * len(rows)
+            )
+            residual = programme @ solved.x - target
+            if not _is_least(programme, residual):
+                raise RuntimeError("a least-distance programme is not solved")
         return np.asarray(self.free - residual[:-1] / residual[-1])
+
+
+def _is_least(programme: Array, residual: Array) -> bool:
+    """Returns whether no larger weight of a column of the programme makes the residual smaller."""
+    steepest = (programme.T @ residual) / np.linalg.norm(programme, axis=0)
+    return bool(steepest.min() >= -STEEPEST_LEFT)
 
 
 def _dry_as_contacts(held: HeldLoads) -> HeldLoads:

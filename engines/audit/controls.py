@@ -20,6 +20,25 @@ MOST = 100_000  # most periods, and most steps in a period
 KINDS = ("rest", "zero", "sines")
 
 
+def held_period(model: OwnModel, period: float) -> float:
+    """Returns the multiple of the model's step that is nearest to `period` [s]. Raises
+    ParameterError."""
+    wanted = positive("ctrl period", period)
+    if wanted > MOST * model.step:
+        raise ParameterError("ctrl period", wanted, f"at most {MOST} steps of {model.step:g} s")
+    return max(1, round(wanted / model.step)) * model.step
+
+
+def possible_duration(duration: float | None, period: float) -> float:
+    """Returns a duration [s], by default DURATION, if it is positive and has few enough periods
+    [s]. Raises ParameterError."""
+    if duration is None:
+        return DURATION
+    if positive("duration", duration) > MOST * period:
+        raise ParameterError("duration", duration, f"at most {MOST} periods of {period:g} s")
+    return duration
+
+
 def script(
     model: OwnModel,
     control: str | Array = "rest",
@@ -31,12 +50,9 @@ def script(
     own; otherwise `control` has the values, shape (periods, actuators). A control is held for the
     multiple of the model's step that is nearest to `period` [s]. The controls last to the end of
     the period in which `duration` [s] ends, or as long as the values. Raises ParameterError."""
-    wanted = positive("ctrl period", PERIOD if period is None else period)
-    if wanted > MOST * model.step:
-        raise ParameterError("ctrl period", wanted, f"at most {MOST} steps of {model.step:g} s")
-    held = max(1, round(wanted / model.step)) * model.step
-    if duration is not None and positive("duration", duration) > MOST * held:
-        raise ParameterError("duration", duration, f"at most {MOST} periods of {held:g} s")
+    held = held_period(model, PERIOD if period is None else period)
+    if duration is not None:
+        duration = possible_duration(duration, held)
     if isinstance(control, str):
         count = max(1, round(DURATION / held)) if duration is None else periods(duration, held)
         values = _named_controls(

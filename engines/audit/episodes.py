@@ -31,6 +31,7 @@ from plumbob.models.entry_points import on_stderr
 
 # [m, rad, and these per second] default largest change of a coordinate of the start
 START_SPREAD = 0.01
+MOST_SPREAD = 1e6  # [m, rad, and per second] beyond it no start is a robot's
 MOST_EPISODES = 100_000
 HANGS = 600.0  # [s] processor time of a task with episodes after which its process hangs
 TASKS = 4  # tasks with episodes for each process: processes end at about one time
@@ -73,7 +74,8 @@ class EpisodePlan:
     def __post_init__(self) -> None:
         if isinstance(self.count, bool) or not 2 <= self.count <= MOST_EPISODES:
             raise ParameterError("episodes", self.count, f"a number from 2 to {MOST_EPISODES}")
-        positive("spread", self.spread)
+        if positive("spread", self.spread) > MOST_SPREAD:
+            raise ParameterError("spread", self.spread, f"at most {MOST_SPREAD:g}")
 
 
 class Episodes(Protocol):

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from plumbob.analytic.systems.coulomb_statics import Statics, contact_statics
+from plumbob.analytic.systems.coulomb_statics import MOST_FRICTION, Statics, contact_statics
 from plumbob.analytic.systems.first_motion import can_move
 from plumbob.engines.own_holds import (
     FrictionOptions,
@@ -84,6 +84,11 @@ class HoldsAudit:
     def coulomb(self) -> Coulomb:
         """The worst verdict of all bodies."""
         return self.worst.coulomb
+
+    @property
+    def most_friction(self) -> float:
+        """The largest multiple of the friction that is tried."""
+        return MOST_FRICTION
 
     @property
     def as_predicted(self) -> bool:

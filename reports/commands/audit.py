@@ -124,6 +124,8 @@ IN_ALL_LINES = (
 REPEATED_OPTIONS = (
     *("qpos", "qvel", "ctrl", "policy", "ctrl_period", "duration", "budget", "jobs", "engines"),
 )
+# Outputs that show the error of a motion
+ERROR_OUTPUTS = ("badge", "csv", "latex")
 CONTACT_AUDIT_OPTIONS = ("body", "speed", "friction")
 HOLDS_OPTIONS = ("holds_body", "creep_within")
 # Options that all shards of the audits of several models have to share.
@@ -343,12 +345,13 @@ def _check_kind(chosen: argparse.Namespace) -> None:
         values.refuse_options(chosen, CONTACT_AUDIT_OPTIONS, "given with --contacts")
     if chosen.holds:
         refused = [name for name in MOTION_OPTIONS if name != "qpos"]
-        values.refuse_options(chosen, (*refused, "absolute"), "left out with --holds")
+        refused += ["absolute", *ERROR_OUTPUTS]
+        values.refuse_options(chosen, refused, "left out with --holds")
     else:
         values.refuse_options(chosen, HOLDS_OPTIONS, "given with --holds")
     if chosen.reproducible:
         refused = [name for name in MOTION_OPTIONS if name not in REPEATED_OPTIONS]
-        others = ("absolute", "contacts", "holds")
+        others = ("absolute", "contacts", "holds", *ERROR_OUTPUTS)
         values.refuse_options(chosen, (*refused, *others), "left out with --reproducible")
 
 

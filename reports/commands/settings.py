@@ -22,10 +22,9 @@ DEFAULT_METHOD = "mujoco/euler+coulomb"  # method with which a file is compared 
 FOR = "for"  # word in place of a method: settings for a wanted property of a contact
 WANTED: tuple[WantedProperty, ...] = ("restitution", "penetration", "creep")
 IMPACT_SPEED = 1.0  # [m/s] default speed of an impact
-METHOD_OPTIONS = (
-    "stiffness",
-    "check",
-)  # options that settings for a wanted property do not have
+FRICTION = 0.3  # default coefficient of friction
+# Options that settings for a wanted property do not have
+METHOD_OPTIONS = ("stiffness", "friction", "check")
 PROPERTY_OPTIONS = ("file", *WANTED, "speed", "mass", "load", "pair")
 
 
@@ -48,7 +47,7 @@ def command(chosen: argparse.Namespace) -> int:
     writer = engine_of(method).ability(SettingsToPaste)
     if writer is None or method.control != "step":
         raise ParameterError("method", method.name, "one of an engine with settings to paste")
-    settings = writer.write(method, step, chosen.stiffness, chosen.friction)
+    settings = writer.write(method, step, chosen.stiffness, chosen.friction or FRICTION)
     values.show(chosen, settings, "settings", settings=settings)
     return 0
 
@@ -91,7 +90,7 @@ def _show_contact_settings(chosen: argparse.Namespace) -> int:
 def _check_file(chosen: argparse.Namespace) -> int:
     """Prints how the file --check differs from the settings of a method. Returns 1 if the contacts
     of the file do not fit its time step."""
-    for name in ("step", "stiffness"):
+    for name in ("step", "stiffness", "friction"):
         value = getattr(chosen, name)
         if value is not None:
             raise ParameterError(name, value, "left out: --check takes the file's")

@@ -118,11 +118,35 @@ def _print_file_limits(chosen: argparse.Namespace) -> int:
     return 1 if limits.unstable else 0
 
 
+def _steps_late(delay: float, step: float, hold: int) -> int:
+    """Returns a `delay` [s] in steps [s] of a loop whose control period has `hold` steps. Raises
+    ParameterError."""
+    from plumbob.engines.audit.loop_stability import MOST_LATE
+
+    longest = MOST_LATE * hold * step
+    late = round(min(delay, 2.0 * longest) / step)
+    if abs(late * step - delay) > 1e-6 * delay or late > MOST_LATE * hold:
+        wanted = f"a multiple of the step, {step:g} s, up to {longest:g} s"
+        raise ParameterError("delay", delay, wanted)
+    return late
+
+
+def _tried_values() -> dict[str, str]:
+    """Returns the values of hold, delay and gain that are tried, as texts."""
+    from plumbob.engines.audit.loop_stability import MOST_GAIN, MOST_HOLD, MOST_LATE
+
+    return {
+        "hold": f"up to {MOST_HOLD} steps",
+        "delay": f"up to {MOST_LATE} control periods",
+        "gain": f"from ×{1.0 / MOST_GAIN:g} to ×{MOST_GAIN:g}",
+    }
+
+
 def _print_loops(chosen: argparse.Namespace) -> int:
     """Prints the stability of a model file under a policy about a fixed point, with each integrator
     that the user names; by default with the file's own. Returns 1 if the first loop is unstable, 3
     if there is no fixed point. Raises ParameterError."""
-    from plumbob.engines.audit.loop_stability import MOST_LATE, FedBackModel, loop_stability
+    from plumbob.engines.audit.loop_stability import FedBackModel, loop_stability
     from plumbob.engines.audit.step_of_method import runs_of
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.closed_loop import ClosedLoop
@@ -134,17 +158,14 @@ def _print_loops(chosen: argparse.Namespace) -> int:
     if chosen.ctrl != "rest":
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
     values.refuse_options(chosen, ("duration",), "left out with --policy")
-    delay, loops = chosen.delay or 0.0, []
+    loops = []
     chosen.budget, chosen.duration = chosen.budget or BUDGET, LEAST_DURATION
     with quiet():
         model, script = model_and_script(chosen)
         named = (runs_of(m, model.steppable) for p in chosen.method for m in find_methods(p))
         integrators = tuple(named) or (model.integrator,)
-        late = round(delay / model.step)
         hold = script.parts(model.step)
-        if abs(late * model.step - delay) > 1e-6 * delay or late > MOST_LATE * hold:
-            wanted = f"a multiple of the step, {model.step:g} s, up to {MOST_LATE} periods"
-            raise ParameterError("delay", delay, wanted)
+        late = _steps_late(chosen.delay or 0.0, model.step, hold)
         assert isinstance(script.loop, ClosedLoop)
         for name in integrators:
             if name not in model.steppable:
@@ -161,7 +182,8 @@ def _print_loops(chosen: argparse.Namespace) -> int:
         "loops": [loop_record(loop) for loop in loops],
         "versions": package_versions(),
     }
-    values.show(chosen, answer, "stability_loop", model=chosen.scene, loops=loops)
+    words = {"model": chosen.scene, "loops": loops, "tried": _tried_values()}
+    values.show(chosen, answer, "stability_loop", **words)
     return 1 if loops[0].unstable else 0
 
 

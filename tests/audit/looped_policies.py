@@ -47,6 +47,10 @@ def not_a_number(time, qpos, qvel):
     return [np.nan]
 
 
+def pushes_beyond_mujoco(time, qpos, qvel):
+    return [1e11]
+
+
 def later_not_a_number(time, qpos, qvel):
     """Gives a number to the run that is recorded, which is at this angle only there."""
     return [np.nan if time > 0.05 and abs(qpos[1] - KEPT.setdefault(time, qpos[1])) else 0.0]

@@ -195,6 +195,11 @@ WRONG = [
     (["--metric", f"{METRIC}mean_angle"], "given with --episodes"),
     (["--episodes", "1", "--metric", f"{METRIC}mean_angle"], "a number from 2 to"),
     (["--episodes", "4", "--metric", "no:such"], "MODULE:FUNCTION"),
+    (
+        ["--episodes", "4", "--metric", f"{METRIC}mean_angle", "--spread", "1e308"],
+        "spread = 1e+308: must be at most 1e+06",
+    ),
+    (["--duration", "1e308"], "duration = 1e+308: must be at most 100000 periods"),
     (["--episodes", "4", "--metric", f"{METRIC}raises"], "that returns a finite number"),
     (["--episodes", "4", "--metric", f"{METRIC}no_number"], "not nan"),
 ]

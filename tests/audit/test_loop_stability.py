@@ -117,6 +117,7 @@ WRONG = {
     "steps_at_zero": "one that is smooth at the fixed point",
     "raises": "(KeyError: 'nothing')",
     "not_a_number": "returns [nan] at 0 s",
+    "pushes_beyond_mujoco": "returns [100000000000.0] at 0 s, beyond 1e+10",
     "two_numbers": "not [1.0, 2.0]",
     "leaves": "(SystemExit: 0)",
     "HasNoGoodJacobian": "one whose jacobian(time, qpos, qvel) returns finite numbers",
@@ -137,7 +138,9 @@ def test_wrong_policies_are_one_line(name, capsys, tmp_path):
     ("words", "message"),
     [
         (["--delay", "0.015"], "delay = 0.015: must be a multiple of the step"),
-        (["--delay", "9"], "up to 20 periods"),
+        (["--delay", "9"], " s, up to "),
+        (["--delay", "1e308"], "delay = 1e+308: must be a multiple of the step"),
+        (["--ctrl-period", "1e308"], "ctrl period = 1e+308: must be at most"),
         (["--ctrl", "sines"], "left out with --policy"),
         (["--duration", "2"], "left out with --policy"),
         (["pymunk/default"], "method"),

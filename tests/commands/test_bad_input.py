@@ -40,6 +40,13 @@ FILES = {
     "short.xml": BALL.format("1e-300"),
     "long.xml": BALL.format("1e300"),
     "ball.xml": BALL.format("1e-3"),
+    "pairs.xml": """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<geom name="ice" type="plane" size="1 1 1" condim="1"/><body pos="0 0 .1"><freejoint/>
+<geom name="ball" size=".1"/><geom name="pearl" size=".1" condim="1"/></body></worldbody>
+</mujoco>""",
+    "heavy.xml": """<mujoco><option gravity="0 0 -1e300"/><worldbody>
+<geom name="floor" type="plane" size="1 1 1"/><body><freejoint/><geom name="ball" size=".1"/></body>
+</worldbody></mujoco>""",
 }
 
 

@@ -130,6 +130,19 @@ def test_a_body_creeps_as_the_settings_say(creep):
         assert data.qvel[0] == pytest.approx(wanted.high, rel=CREEP)
 
 
+def test_what_is_pasted_quotes_the_names_of_geoms(tmp_path, capsys):
+    path = tmp_path / "my.xml"
+    path.write_text(
+        "<mujoco><worldbody><geom name='a\"b&lt;c&amp;d' type='plane' size='1 1 1'/>"
+        "<body><freejoint/><geom name='ball' size='.1'/></body></worldbody></mujoco>"
+    )
+    words = ["--pair", "ball", 'a"b<c&d', "--creep", "1e-6", "--json"]
+    assert main(["settings", "for", str(path), *words]) == 0
+    pasted = json.loads(capsys.readouterr().out)["mjcf"]
+    whole = path.read_text().replace("<mujoco>", f"<mujoco>{pasted}")
+    assert mujoco.MjModel.from_xml_string(whole).npair == 1
+
+
 def test_a_pair_of_a_file_has_its_masses_and_its_friction(tmp_path, capsys):
     path = tmp_path / "my.xml"
     path.write_text(

@@ -99,6 +99,9 @@ def test_an_unexpected_verdict_fails_with_a_line(repository):
 AUDITED = """
 def test_a_model_that_is_off(audited):
     audited("rod.xml", duration=0.1).assert_within(metres=1e-9)
+
+def test_a_model_that_is_missing(audited):
+    audited("none.xml")
 """
 ROD = """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>
 </worldbody></mujoco>"""
@@ -123,11 +126,17 @@ def test_references_are_kept_between_runs_and_failures_show_the_test_alone(repos
     assert 'audited("rod.xml"' in second.stdout
     assert "def assert_within" not in second.stdout
     assert "/engines/" not in second.stdout
+    missing = session_of(repository, "-k", "missing")
+    assert "ParameterError: model = 'none.xml': must be a file that exists" in missing.stdout
+    assert "/engines/" not in missing.stdout
 
 
 @pytest.mark.parametrize(
     ("table", "said"),
     [
+        ("[tool]\nplumbob = 3", "tool.plumbob = 3: must be a table"),
+        ("[[tool.plumbob]]\nbudget = 3", "tool.plumbob = [{'budget': 3}]: must be a table"),
+        ("scenes = ''", "[tool.plumbob] scenes = '': must be a text, not empty"),
         ("bugdet = 3", "[tool.plumbob] bugdet = 3: must be one of the options scenes,"),
         ("scenes = 3", "[tool.plumbob] scenes = 3: must be a text"),
         ("budget = true", "[tool.plumbob] budget = True: must be a number"),
@@ -140,7 +149,8 @@ def test_a_wrong_option_of_a_project_is_one_line(table, said, tmp_path):
     class Config:
         rootpath = tmp_path
 
-    (tmp_path / "pyproject.toml").write_text(f"[tool.plumbob]\n{table}\n", "utf-8")
+    header = "" if table.startswith("[") else "[tool.plumbob]\n"
+    (tmp_path / "pyproject.toml").write_text(f"{header}{table}\n", "utf-8")
     with pytest.raises(pytest.UsageError) as raised:
         _project_options(Config)
     assert str(raised.value).startswith(said)

@@ -35,6 +35,13 @@ IMPACT_STEPS = 400  # a contact lasts 16 steps; one that takes longer does not r
 STIFFEST_IMPEDANCE, SOFTEST_IMPEDANCE = 0.9999, 0.5
 STEPS_PER_TIME_CONSTANT = 2.0  # MuJoCo raises a smaller time constant to this many steps
 LARGEST_FRICTION_RATIO = 1e6  # impratio up to which the predicted creep was measured
+# [m/s] speeds of impacts whose squares are far from what double precision holds
+SLOWEST_IMPACT, FASTEST_IMPACT = 1e-6, 1e6
+# Least speed of an impact over the speed that gravity gives in a step. At slower impacts, a contact
+# with a wanted restitution of 0.9 can rebound with more than 1.
+LEAST_FALL_STEPS = 5.0
+# [m/s^2] accelerations by loads, and [m] the largest depth: beyond them no contact is a robot's
+LEAST_PUSH, LARGEST_PUSH, LARGEST_DEPTH = 1e-9, 1e9, 10.0
 
 
 @dataclass(frozen=True)
@@ -78,6 +85,11 @@ def bouncing_contact(restitution: float, speed: float, step: float, gravity: flo
     if not SMALLEST_RESTITUTION <= restitution <= LARGEST_RESTITUTION:
         allowed = f"from {SMALLEST_RESTITUTION:g} to {LARGEST_RESTITUTION:g}"
         raise ParameterError("restitution", restitution, allowed)
+    least_speed = max(SLOWEST_IMPACT, LEAST_FALL_STEPS * gravity * step)
+    if speed < least_speed:
+        raise ParameterError("speed", speed, f"at least {least_speed:.3g} m/s at this step")
+    if speed > FASTEST_IMPACT:
+        raise ParameterError("speed", speed, f"at most {FASTEST_IMPACT:g} m/s")
 
     def contact(damping_ratio: float) -> SoftImpact:
         """Returns the contact with a damping ratio, softer if it is overdamped."""
@@ -102,6 +114,8 @@ def resting_contact(depth: float, push: float, step: float) -> SoftPoint:
     """Returns the contact that rests at a `depth` [m] under a load that accelerates the free body
     by `push` [m/s^2], in steps of `step` [s]. Its time constant is MuJoCo's default if an impedance
     allows it. Raises ParameterError if no contact is stiff enough."""
+    if depth > LARGEST_DEPTH:
+        raise ParameterError("penetration", depth, f"at most {LARGEST_DEPTH:g} m")
     wanted = depth / push  # [s^2]: (1 - d) T^2
     softest, stiffest = 1.0 - SOFTEST_IMPEDANCE, 1.0 - STIFFEST_IMPEDANCE
     shortest = STEPS_PER_TIME_CONSTANT * step

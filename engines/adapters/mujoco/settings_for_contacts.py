@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from plumbob.analytic.errors.contact_models.impacts import IMPACT_IMPEDANCE
 from plumbob.analytic.errors.contact_models.soft_friction import depth_under
 from plumbob.analytic.errors.contact_models.wanted_contacts import (
+    LARGEST_PUSH,
+    LEAST_PUSH,
     bouncing_contact,
     creep_of,
     resting_contact,
@@ -25,6 +27,7 @@ from plumbob.engines.adapters.mujoco.user_file import compiled_model
 from plumbob.engines.method import time_step
 
 DEFAULT_GRAVITY = 9.81  # [m/s^2] where no file says otherwise
+LEAST_RUBBING = 3  # condim of a contact with friction, at least
 RK4_NUMBER = int(mujoco.mjtIntegrator.mjINT_RK4)
 
 
@@ -41,6 +44,13 @@ class ContactPlace:
 def contact_settings(wanted: WantedContact) -> ContactSettings:
     """Returns the settings that give a contact a wanted property. Raises ParameterError."""
     place = _place_in_file(wanted, wanted.file) if wanted.file else _place(wanted)
+    if wanted.name != "restitution" and not LEAST_PUSH <= place.push <= LARGEST_PUSH:
+        allowed = f"{LEAST_PUSH:g} to {LARGEST_PUSH:g} m/s^2, not {place.push:.3g}"
+        if wanted.load is None:
+            raise ParameterError(
+                "file", str(wanted.file), f"a model with gravity from {allowed}"
+            )
+        raise ParameterError("load", wanted.load, f"such that it accelerates from {allowed}")
     if wanted.name == "restitution":
         rebound = bouncing_contact(wanted.value, wanted.speed, place.step, place.gravity)
         fields: dict[str, tuple[float, ...]] = {
@@ -108,23 +118,28 @@ def _place_in_file(wanted: WantedContact, file: Path) -> ContactPlace:
     model = compiled_model(file, "file")
     geoms = [_geom(model, file, name) for name in wanted.pair]
     if wanted.name == "restitution" and model.opt.integrator == RK4_NUMBER:
-        raise ParameterError("file", str(file), "one whose integrator is not RK4_NUMBER")
+        raise ParameterError("file", str(file), "one whose integrator is not RK4")
     bodies = model.geom_bodyid[geoms]
     inverse_mass = float(model.body_invweight0[bodies, 0].sum())
-    gravity = float(np.linalg.norm(model.opt.gravity))
+    gravity = math.hypot(*model.opt.gravity)
     if not inverse_mass:
         raise ParameterError("pair", " ".join(wanted.pair), "geoms of which one can move")
+    if model.body_weldid[bodies[0]] == model.body_weldid[bodies[1]]:
+        raise ParameterError("pair", " ".join(wanted.pair), "geoms that can move apart")
     if wanted.mass is not None:
         raise ParameterError("mass", wanted.mass, "left out: the file has the masses")
     push = gravity if wanted.load is None else wanted.load * inverse_mass
     if not push and wanted.name != "restitution":
         raise ParameterError("load", wanted.load, "given: the file has no gravity")
+    condim = int(model.geom_condim[geoms].max())
+    if wanted.name == "creep" and condim < LEAST_RUBBING:
+        raise ParameterError("pair", " ".join(wanted.pair), "geoms with friction, not condim 1")
     step = model.opt.timestep if wanted.step is None else wanted.step
     sliding, torsion, rolling = model.geom_friction[geoms].max(axis=0).tolist()
     pair_fields: dict[str, object] = {
         "geom1": wanted.pair[0],
         "geom2": wanted.pair[1],
-        "condim": int(model.geom_condim[geoms].max()),
+        "condim": condim,
         "friction": (sliding, sliding, torsion, rolling, rolling),
     }
     return ContactPlace(time_step("step", step), gravity, push, pair_fields)

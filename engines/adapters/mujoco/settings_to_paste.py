@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from types import MappingProxyType
+from xml.sax.saxutils import quoteattr
 
 from plumbob.analytic.errors.contact_models.contact_stability import largest_ratio
 from plumbob.analytic.errors.contact_models.soft_friction import impedance, rates
@@ -214,7 +215,11 @@ def attributes_text(attributes: dict[str, object]) -> str:
             return " ".join(map(text, value))
         return _short(value) if isinstance(value, (int, float)) else str(value)
 
-    return " ".join(f'{name}="{text(value)}"' for name, value in attributes.items())
+    def quoted(value: object) -> str:
+        """The text of a value in quotes, in which a name may have any character."""
+        return quoteattr(text(value), {'"': "&quot;"})
+
+    return " ".join(f"{name}={quoted(value)}" for name, value in attributes.items())
 
 
 def _short(value: float) -> str:

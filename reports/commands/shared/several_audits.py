@@ -229,7 +229,9 @@ def workflow_commands(row: Row) -> Iterator[str]:
     line_numbers = [
         number for number, line in enumerate(text.splitlines(), 1) if STEP_SETTINGS.search(line)
     ]
-    answer = "\n".join(line for line in row.lines if line.startswith(ANSWERS))
+    answers = [line for line in row.lines if line.startswith(ANSWERS)]
+    # The answer of an audit without a reference is its second line.
+    answer = "\n".join(answers or row.lines[1:2])
     if row.code:
         answer = row.missed or row.says
     message = answer.translate(ESCAPES)

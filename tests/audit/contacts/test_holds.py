@@ -9,7 +9,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model.held_bodies import held_bodies
 from plumbob.engines.audit.holds import group_verdict
 from plumbob.engines.own_motion import Start
-from plumbob.tests.audit.contacts.held_arrangements import FRACTIONS, KINDS
+from plumbob.tests.audit.contacts.held_arrangements import FRACTIONS, KINDS, Arrangement
 
 SEED = 54
 # Bisection knows the multiple of the friction to 2^-12, twice that above 1; cones are cut to 1e-4.
@@ -55,6 +55,30 @@ def missed(number):
 @pytest.mark.parametrize("number", [0, 3, 28, 33])
 def test_an_arrangement_is_judged_as_its_closed_form_says(number):
     assert not missed(number)
+
+
+# At the friction 1e6, the relative fall of slips is 1e-12: too slow to tell from settled ones.
+@pytest.mark.parametrize(("friction", "said"), [(1.0, "holds"), (1e6, CLOSE), (1e10, CLOSE)])
+def test_a_box_that_its_weight_presses_down_needs_no_preload(friction, said):
+    pulled = Arrangement(
+        name="box that is pulled sideways",
+        text=f"""<mujoco><option gravity="3 0 -9.81"/><worldbody>
+<geom type="plane" size="1 1 1" friction="{friction}"/><body pos="0 0 .1"><freejoint/>
+<geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>""",
+        coulomb="holds",
+    )
+    assert judged(pulled).coulomb == said
+
+
+def test_a_ball_that_rests_on_planes_that_repeat_each_other_holds():
+    planes = '<geom type="plane" size="1 1 1"/>' * 2
+    ball = Arrangement(
+        name="ball with a smaller ball inside",
+        text=f"""<mujoco><worldbody>{planes}<geom type="box" size=".1 .1 .1"/><body pos="0 0 .1">
+<freejoint/><geom size=".1"/><geom size=".05"/></body></worldbody></mujoco>""",
+        coulomb="holds",
+    )
+    assert judged(ball).coulomb == "holds"
 
 
 @pytest.mark.rare

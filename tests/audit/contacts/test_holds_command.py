@@ -67,6 +67,8 @@ def test_the_lines_name_what_matters(tmp_path, capsys):
         "not",
     ]
     assert '<option cone="elliptic" impratio="100"/>' in lines[3]
+    assert main(["audit", ramp(tmp_path), "--holds", "--github"]) == 0
+    assert "title=plumbob audit::Coulomb" in capsys.readouterr().err
     page = (tmp_path / "out" / "audit-my-holds.html").read_text()
     assert "impratio=&#34;100&#34;" in page or 'impratio="100"' in page
 
@@ -75,6 +77,7 @@ def test_the_lines_name_what_matters(tmp_path, capsys):
     ("friction", "more", "code", "said"),
     [
         (0.2, (), 1, "friction cannot hold box"),
+        (1e-5, (), 1, "friction cannot hold box"),
         (0.6, ("--creep-within", "1e-4"), 1, "creeps at 0.000924 m/s"),
         (0.6, ("--creep-within", "1e-2"), 0, ""),
     ],
@@ -83,7 +86,9 @@ def test_the_exit_code_is_1_where_friction_cannot_hold_or_creep_is_too_fast(
     tmp_path, capsys, friction, more, code, said
 ):
     assert main(["audit", ramp(tmp_path, friction), "--holds", *more]) == code
-    assert said in capsys.readouterr().err
+    printed = capsys.readouterr()
+    assert said in printed.err
+    assert ("times the friction would not do either" in printed.out) == (friction < 1e-3)
 
 
 @pytest.mark.parametrize(
@@ -98,6 +103,8 @@ def test_the_exit_code_is_1_where_friction_cannot_hold_or_creep_is_too_fast(
         (RESTING.format(box=BOX), ("--contacts",), "left out with --contacts"),
         (RESTING.format(box=BOX), ("--duration", "2"), "left out with --holds"),
         (RESTING.format(box=BOX), ("--absolute", "2"), "left out with --holds"),
+        (RESTING.format(box=BOX), ("--badge", "b.json"), "left out with --holds"),
+        (RESTING.format(box=BOX), ("--csv",), "left out with --holds"),
     ],
 )
 def test_bad_input_is_named_with_code_2(tmp_path, capsys, inside, more, said):
