@@ -233,11 +233,15 @@ class MujocoModel:
         return MujocoRecordedSteps(self.as_stepped(), self.start, integrator, step)
 
     def variations(self) -> Iterator[ModelVariation]:
-        """Yields the model with other settings, each beside the model whose motion it should
+        """Yields the model with changed settings, each with the model whose motion it should
         have."""
-        for name, kind, changed, beside in varied_models(self.effective):
-            pair = (replace(self, effective=model) for model in (changed, beside))
-            yield ModelVariation(name, kind, *pair)
+        for name, kind, changed, unchanged in varied_models(self.effective):
+            yield ModelVariation(
+                name=name,
+                kind=kind,
+                model=replace(self, effective=changed),
+                unchanged=replace(self, effective=unchanged),
+            )
 
     @collected()
     def touching_in(
