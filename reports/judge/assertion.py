@@ -35,13 +35,12 @@ def check(
     expect: str | None = None,
 ) -> Judgement:
     """Judges `scene` with `method` and returns the judgement; raises AssertionError if the verdict
-    is not the declared one. With `step` [s] (or relative tolerance) it judges one run; without, it
-    runs the convergence study of the quick profile, as `plumbob validate` does. If `expect` is
-    given, it replaces the declared verdict. If `within` is given, the relative error at `step`, or
-    at the finest step, must not exceed it. `changes` replaces parameters of the scene. At one step,
-    a known limit's error must lie within a factor of two of the range that its convergence study
-    spans. The error's text has the errors and the terms of their tolerances. Raises ParameterError
-    for an unknown name or a number out of range.
+    is not the declared one. With `step` [s] (or relative tolerance) it judges one run, as
+    `run_surprise` does; without, it runs the convergence study of the quick profile, as `plumbob
+    validate` does. If `expect` is given, it replaces the declared verdict. If `within` is given,
+    the relative error at `step`, or at the finest step, must not exceed it. `changes` replaces
+    parameters of the scene. The error's text has the errors and the terms of their tolerances.
+    Raises ParameterError for an unknown name or a number out of range.
 
     >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
     'predicted'
@@ -62,16 +61,17 @@ def check(
         judgement = judge(run, case.system, chosen_method, case.system.quantities(case))
         rows = ((run, judgement),)
         mismatch = run_surprise(chosen_scene, chosen_method, judgement)
+    expectation = expected(chosen_scene.name, chosen_method.name)
     if within is not None:
         judgement = require_accuracy(judgement, within)
-        mismatch = INACCURATE if judgement.verdict == "inaccurate" else mismatch
-    expectation = expected(chosen_scene.name, chosen_method.name)
-    accuracy_met = within is not None and bool(judgement.errors)
-    if not accuracy_met and _claims_nothing(judgement, expectation):
-        mismatch = f"{judgement.verdict}, expected {expectation.verdict}"
+    has_accuracy = within is not None and bool(judgement.errors)
     if expect is not None:
         met = judgement.verdict == present(expect)
         mismatch = "" if met else f"{judgement.verdict}, expected {expect}"
+    elif within is not None and judgement.verdict == "inaccurate":
+        mismatch = INACCURATE
+    elif not has_accuracy and _proves_nothing(judgement, expectation):
+        mismatch = f"{judgement.verdict}, expected {expectation.verdict}"
     if not mismatch:
         return judgement
     reason = judgement.reason or expectation.reason or "within tolerance"
@@ -83,11 +83,12 @@ def check(
     raise AssertionError("\n".join(lines))
 
 
-def _claims_nothing(judgement: Judgement, expectation: Expectation) -> bool:
-    """Whether a verdict claims nothing, and is not expected. A step outside the asymptotic range
-    and a missing engine claim nothing: a test that they cannot fail would claim nothing either."""
-    nothing = judgement.verdict in ("pre-asymptotic", "missing")
-    return nothing and not expectation.allows(judgement)
+def _proves_nothing(judgement: Judgement, expectation: Expectation) -> bool:
+    """Whether a verdict proves nothing about the engine, and is not a declared one. `surprise`
+    passes a step outside the asymptotic range and a missing engine, but a user's test must not: a
+    test that passes without the engine would prove nothing either."""
+    no_proof = judgement.verdict in ("pre-asymptotic", "missing")
+    return no_proof and not expectation.allows(judgement)
 
 
 def judged_runs(
