@@ -91,7 +91,7 @@ def _steps_record(steps: CheckedSteps) -> dict[str, Any]:
 
 
 def _finding_record(finding: StepFinding) -> dict[str, Any]:
-    """Returns a step that is not the model's as plain data."""
+    """Returns, as plain data, a finding: a recorded step that the model does not take."""
     names = ("begin", "end", "place", "left", "allowed", "unit", "excess")
     return {
         "row": finding.interval,
