@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import chain, starmap
 from typing import Any
 
 from plumbob.analytic.parameters import positive
@@ -54,41 +55,40 @@ def check(
         study, judged = judged_runs(chosen_scene, chosen_method, "quick")
         judgement = judged.whole
         rows = tuple(zip(study.measurements, judged.runs, strict=True))
-        mismatch = surprise(chosen_scene, chosen_method, judgement)
+        message = surprise(chosen_scene, chosen_method, judgement)
     else:
         case = case_of(chosen_scene)
         run, _ = measure(case, chosen_method, step)
         judgement = judge(run, case.system, chosen_method, case.system.quantities(case))
         rows = ((run, judgement),)
-        mismatch = run_surprise(chosen_scene, chosen_method, judgement)
+        message = run_surprise(chosen_scene, chosen_method, judgement)
     expectation = expected(chosen_scene.name, chosen_method.name)
     if within is not None:
         judgement = require_accuracy(judgement, within)
-    has_accuracy = within is not None and bool(judgement.errors)
     if expect is not None:
-        met = judgement.verdict == present(expect)
-        mismatch = "" if met else f"{judgement.verdict}, expected {expect}"
-    elif within is not None and judgement.verdict == "inaccurate":
-        mismatch = INACCURATE
-    elif not has_accuracy and _proves_nothing(judgement, expectation):
-        mismatch = f"{judgement.verdict}, expected {expectation.verdict}"
-    if not mismatch:
+        message = f"{judgement.verdict}, expected {expect}"
+        if judgement.verdict == present(expect):
+            message = ""
+    elif judgement.verdict == "inaccurate":
+        message = INACCURATE
+    elif within is None or not judgement.errors:
+        message = _no_proof(judgement, expectation) or message
+    if not message:
         return judgement
     reason = judgement.reason or expectation.reason or "within tolerance"
     at_step = "" if step is None else f" at {step:g}"
-    pair = f"{chosen_scene.name} with {chosen_method.name}"
-    lines = [f"{pair}{at_step}: {mismatch} ({reason})"]
-    for run, run_judgement in rows:
-        lines += _run_lines(run, run_judgement)
-    raise AssertionError("\n".join(lines))
+    heading = f"{chosen_scene.name} with {chosen_method.name}{at_step}: {message} ({reason})"
+    raise AssertionError("\n".join(chain([heading], *starmap(_run_lines, rows))))
 
 
-def _proves_nothing(judgement: Judgement, expectation: Expectation) -> bool:
-    """Whether a verdict proves nothing about the engine, and is not a declared one. `surprise`
-    passes a step outside the asymptotic range and a missing engine, but a user's test must not: a
-    test that passes without the engine would prove nothing either."""
-    no_proof = judgement.verdict in ("pre-asymptotic", "missing")
-    return no_proof and not expectation.allows(judgement)
+def _no_proof(judgement: Judgement, expectation: Expectation) -> str:
+    """Message if a verdict proves nothing about the engine and is not a declared one; else empty.
+    `surprise` lets a step outside the asymptotic range and a missing engine pass. A user's test
+    must not: if it passed without the engine, it would prove nothing either."""
+    proves_nothing = judgement.verdict in ("pre-asymptotic", "missing")
+    if not proves_nothing or expectation.allows(judgement):
+        return ""
+    return f"{judgement.verdict}, expected {expectation.verdict}"
 
 
 def judged_runs(
