@@ -28,14 +28,15 @@ from scipy.optimize import nnls
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, ContactRows, HeldLoads
 
-# Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
+# Least ratio of an acceleration to the free one that counts as motion. A programme is solved to
+# about 1e-12.
 MOVES = 1e-6
-# Largest violation of a cone, over the free acceleration, that counts as none: far below MOVES
+# Largest ratio of a cone's violation to the free acceleration that counts as none: far below MOVES
 CONE_ROUNDING = 1e-9
 # The slips fall by the factor f^2/(1 + f^2) or less at a friction f and equal masses: at f = 10,
 # 700 times bring them below CLOSE, the least margin that statics resolves.
 MOST_FALLS = 1000
-SETTLED = 1e-7  # relative change of all slips at which they have settled
+SETTLED_SLIPS = 1e-7  # relative change of all slips at which they have settled
 
 
 def can_move(held: HeldLoads) -> bool | None:
@@ -78,7 +79,9 @@ class _Motion:
             if np.linalg.norm(acceleration) <= MOVES * size:
                 return False
             fallen = np.array([np.linalg.norm(r[1:] @ acceleration) for r in self.contacts])
-            if np.abs(fallen - slips).max(initial=0.0) <= SETTLED * fallen.max(initial=0.0):
+            if np.abs(fallen - slips).max(initial=0.0) <= SETTLED_SLIPS * fallen.max(
+                initial=0.0
+            ):
                 return True
             slips = fallen
         return None
