@@ -2,7 +2,8 @@
 
 In phase k, from T_k to T_k+1, an observable o(t; q) is smooth in the time t and in the parameter q;
 after it another formula holds. Close to a switch, a difference at a fixed time would mix two
-formulas. A difference at a fixed fraction f of the phase does not. With tau(q) = T_k + f (T_k+1 - T_k),
+formulas. A difference at a fixed fraction f of the phase does not. With
+tau(q) = T_k + f (T_k+1 - T_k),
 
     do/dq at fixed t = d/dq o(tau(q); q) - (do/dt) dtau/dq                                      (1)
 

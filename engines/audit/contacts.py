@@ -27,7 +27,8 @@ PUSH = 0.9  # push as a fraction of the friction limit
 PUSHED = 1.0  # [s] duration of the push
 # Length of a run, as a multiple of the time in which Coulomb friction stops the body
 LONGER = 3.0
-# Largest f h over the least distance to the edge of the feet at which loads count as static
+# Largest ratio of f h to the least distance to the edge of the feet at which loads count as static.
+# f is the friction and h the height of the centre of mass.
 FLAT = 0.01
 
 

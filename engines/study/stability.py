@@ -198,14 +198,15 @@ def _limit(
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """What the runs at one step fail in; both reasons are empty if the step holds."""
+    """The reasons for which the runs at one step fail; both are empty if the step holds."""
 
     unstable: str = ""  # why the runs are unstable
     changes_kind: str = ""  # why their motion is of another kind than the exact motion
 
     @classmethod
     def lost(cls, why: str) -> TrialOutcome:
-        """Returns the outcome of a run that fails in both: it no longer follows the motion."""
+        """Returns the outcome of a run that fails in both ways, since it ends early or its
+        invariants are lost."""
         return cls(why, why)
 
 

@@ -21,7 +21,7 @@ ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
 SPRING_PHASE_PER_STEP = 0.4  # angular frequency of the spring times the step
 CONTACT_DAMPING_RATIO = 0.3  # damping ratio of the contact
 MODEL_FRICTION = 1.0  # coefficient of friction in the models
-# softness of friction over the inverse mass, which follows from MuJoCo's impedance and impratio
+# Ratio of friction's softness to the inverse mass. It follows from MuJoCo's impedance and impratio.
 FRICTION_SOFTNESS = 9.999e-6
 # Multiple of the input uncertainty that rounding in steps may reach. Calibrated: half of it is used
 # (test_rolling_disc.py).
