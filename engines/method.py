@@ -30,7 +30,7 @@ ONE_LINE = (
     "capsule-coast/translation",
 )
 
-# [s] allowed time steps: the stiffness of contacts goes as the step to the power of -2
+# [s] allowed time steps: the stiffness of contacts is proportional to the step to the power of -2
 SHORTEST_TIME_STEP, LONGEST_TIME_STEP = 1e-9, 1e3
 
 

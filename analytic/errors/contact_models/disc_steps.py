@@ -88,7 +88,7 @@ def _rates_after_contact(
     mobility = np.eye(6)
     mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
     normal_impulse = _normal_force(step, lowest, (contact @ rates)[2]) * step
-    torques = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
+    torques = step * square * np.array(moments(held=0.0, pull=0.0, q=angles, v=rates[3:]))
     free_impulses = np.array([0.0, 0.0, -disc.gravity * step, *torques])
     rates = rates + mobility @ (free_impulses + contact[2] * normal_impulse)
     inverse_mass = tangents @ mobility @ tangents.T + FRICTION_SOFTNESS * np.eye(2)
