@@ -330,8 +330,8 @@ def _serve(theirs: connection.Connection, module: str) -> None:
 
 
 def _end_after(seconds: float) -> None:
-    """Has the system end this process when it has used so many more `seconds` of processor time,
-    even within a call of a library that does not return. 0 stops the timer."""
+    """Has the system end this process when it has used `seconds` more of processor time, even
+    within a call of a library that does not return. 0 stops the timer."""
     if hasattr(signal, "ITIMER_PROF"):  # not on Windows
         signal.setitimer(signal.ITIMER_PROF, min(seconds, LONGEST_TIMER))
 

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from plumbob.engines.audit.engines import EngineError
 
 REFERENCE, TRIMS, STABLE = 0.6, 0.1, 0.05  # fractions of the budget
-# Time for the largest steps: so many seconds at least, but no more than this multiple of the
-# budget. Most searches take less than two seconds.
+# Time for the search for the largest steps: LEAST_STABLE seconds at least, but no more than
+# MOST_STABLE times the budget. Most searches take less than two seconds.
 LEAST_STABLE, MOST_STABLE = 5.0, 3.0
 AFTER = TRIMS + STABLE
 
@@ -71,8 +71,8 @@ class Audit:
     # Changes since another audit; None if it is compared with none.
     changes: tuple[AuditChange, ...] | None = None
     engines: tuple[EngineError, ...] = ()  # errors of the other engines that the user asked for
-    # In a loop: the error of the own step if the controls of the reference are replayed; None if
-    # there is no loop, or no error is known.
+    # In a loop: the error at the model's own step if the controls of the reference are replayed;
+    # None if there is no loop, or no error is known.
     replayed: StepError | None = None
     returns: EpisodeReturns | None = None  # None if no episodes are asked for
     # The return of an environment in a loop; None for other audits.

@@ -40,7 +40,7 @@ class ContactRun:
     distances: Array  # along each heading [m]; NaN if the body does not stop
     turned: float  # [rad] largest turn about the vertical in slides that begin without a turn
     turning: SlideToRest | None  # the slide that begins with a turn
-    # [m/s] largest of all headings under the push; None unless at the own step
+    # [m/s] largest of all headings under the push; None unless `step` is the model's own
     drift: float | None
     tilts: Array  # by heading: displacements by the tilt, in deflections of one contact
     loaded: Array  # by heading: whether every load stays >= 0 as its transient overshoots

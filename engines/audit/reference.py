@@ -41,7 +41,7 @@ IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances with layers
 # touch whose acceleration and jerk vanish, too, lasts as its fourth root. The smallest power
 # dominates as layers shrink.
 POWERS = (0.25, 0.5)
-CHATTER, WITHIN = 20, 0.05  # more events than this within so many seconds are chatter
+CHATTER, WITHIN = 20, 0.05  # more than CHATTER events within WITHIN seconds are chatter
 # Least number of steps in a touch that a larger step passed over: some stages then lie in it
 STEPS_IN_TOUCH = 4.0
 FIRST = 0.4  # fraction of the time for the first method

@@ -178,8 +178,8 @@ def profile(settings: Options, plane: bool = False) -> ContactProfile:
     that the settings spell out, which no theory covers. Raises ParameterError.
 
     For motion in the `plane` convergent profiles are softened further, since the coupling of slip
-    to a normal force goes as the slip speed over the step. With RK4 friction stops a slip within
-    half a step: RK4's stages apply friction half a step late."""
+    to a normal force is proportional to the ratio of the slip speed to the step. With RK4 friction
+    stops a slip within half a step: RK4's stages apply friction half a step late."""
     name = settings.get("contact", "default")
     if isinstance(name, Mapping | tuple):
         return _own(dict(name), settings)

@@ -417,8 +417,8 @@ class MujocoModel:
                     yield period, state_of(data)
 
     def _data_after_steps(self, script: Script) -> Iterator[Any]:
-        """Yields the mjData after each own step. Its contacts are those at the beginning of that
-        step."""
+        """Yields the mjData after each of the model's own steps. The contacts in it are those at
+        the beginning of the step."""
         model = copy.copy(self.effective)
         data = self._new_data(model)
         put(data, script.start)
