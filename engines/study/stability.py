@@ -109,7 +109,7 @@ class StabilitySearch(RunRequest[SceneLimits]):
     by_runs: bool = True
 
     def made(self, scene: Scene, method: Method) -> SceneLimits:
-        """Returns the limits."""
+        """Returns the largest steps of the scene with the method."""
         return scene_limits(scene, method, self.by_runs)
 
 
@@ -226,7 +226,8 @@ class Trials:
 
     def keeps_kind(self, number: int) -> bool:
         """Whether a nudge stays small and the motion stays of its kind."""
-        return self.outcome(number) == TrialOutcome()
+        outcome = self.outcome(number)
+        return not (outcome.unstable or outcome.changes_kind)
 
     def step(self, number: int) -> float:
         """Returns a step of the grid [s]."""
