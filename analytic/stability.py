@@ -97,6 +97,6 @@ class StabilityTheory:
     """Function from a scheme, a step [s] and the scales of observables to the growth of the error;
     None if the growth is not known."""
     energy: Callable[[Signals], Array] | None = None
-    """Function from sampled observables to the energy over its scale, shape (n,); None if the
-    energy is not conserved."""
+    """Function from sampled observables to the ratio of the energy to its scale, shape (n,); None
+    if the energy is not conserved."""
     lasts: float = math.inf  # [s] time until a damped motion rests, or a forced one repeats

@@ -104,7 +104,7 @@ class HeldLoads:
 
     @cached_property
     def newtons(self) -> Array:
-        """The normal force [N] of each contact over its scaled force, shape (contacts,)."""
+        """The ratio of each contact's normal force [N] to its scaled force, shape (contacts,)."""
         normals = [contact.rows[:1] for contact in self.contacts]
         sizes = [np.linalg.norm(self.scaled_rows(normal)) for normal in normals]
         return self.load_size / np.array(sizes).reshape(len(self.contacts))

@@ -94,9 +94,9 @@ class Audit:
 
     @property
     def feedback_factor(self) -> float | None:
-        """The error in the loop over the error with replayed controls: below 1 feedback takes
-        errors back, above 1 it amplifies them. None if either is not resolved by the reference, or
-        infinite."""
+        """The ratio of the error in the loop to the error with replayed controls: below 1 feedback
+        takes errors back, above 1 it amplifies them. None if either is not resolved by the
+        reference, or infinite."""
         errors = self.error, self.replayed_error
         if not all(
             math.isfinite(error) and error > RESOLVED * self.uncertainty for error in errors

@@ -161,7 +161,7 @@ class PendulumStability:
         return SETTLING_TIME_CONSTANTS / max(least_damping, IMAGINARY_STEP)
 
     def energy(self, observed: Signals) -> Array:
-        """Returns the energy over the largest kinetic energy of the exact motion, see
+        """Returns the ratio of the energy to the largest kinetic energy of the exact motion, see
         `StabilityTheory`."""
         scale = kinetic_energy(self.exact, self._span)
         return self.rotor.energy(observed["theta"], observed["theta_dot"]) / scale
@@ -246,7 +246,7 @@ def pendulum_stability(
         return {**observed, "theta": observed["theta"] + tilt}
 
     def energy(observed: Signals) -> Array:
-        """Returns the energy over its scale."""
+        """Returns the ratio of the energy to its scale."""
         return theory.energy(with_rotor_angle(observed))
 
     return StabilityTheory(
