@@ -12,8 +12,8 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 
-# Bound on a solver's error over the difference to a second run with a much smaller tolerance: the
-# error of the second run is at most half of the error of the first.
+# Bound on the ratio of a solver's error to its difference from a second run with a much smaller
+# tolerance: the error of the second run is at most half of the error of the first.
 SOLVER_FACTOR = 2.0
 
 

@@ -65,9 +65,12 @@ class SoftPoint:
     damping_ratio: float = 1.0
     impedance: tuple[float, float] = (0.9, 0.95)  # at zero depth, and at the depth `width`
     width: float = 1e-3  # [m] depth from which on the impedance is constant
-    ratio: float = 1.0  # softness of the normal over friction's; infinite: friction is hard
+    # Ratio of the softness of the normal force to the softness of friction; infinite: friction is
+    # hard
+    ratio: float = 1.0
     pyramidal: bool = True  # whether the friction cone is a pyramid
-    midpoint: float = 0.5  # depth over `width` at which the impedance's two curves meet
+    # Ratio of the depth to `width` at which the impedance's two curves meet
+    midpoint: float = 0.5
     power: float = 2.0  # power of both curves
     # Stiffness [1/s^2] and damping [1/s] in place of time constant and damping ratio
     direct: tuple[float, float] | None = None
@@ -96,9 +99,9 @@ class Scheme:
     loop: SoftLoop | None = None  # constraint of a loop; None if coordinates keep it closed
     contact: SoftPoint | None = None  # soft contact; None if friction ends slip at once
     jointed_moment: float = 0.0
-    """Moment of inertia of a jointed body about its centre over its moment about the joint; below a
-    quarter."""
-    unit: float = 1.0  # unit in the last place of the arithmetic of a step, over a double's
+    """Ratio of a jointed body's moment of inertia about its centre to its moment about the joint;
+    below a quarter."""
+    unit: float = 1.0  # ratio of the rounding of a step's arithmetic to the rounding of doubles
 
     def __post_init__(self) -> None:
         euler = self.integrator == EULER

@@ -23,7 +23,7 @@ LARGEST_STEP_AWAY = 1.0
 # a symplectic oscillator's energy swings to 1/(1 - h omega/2) of its start. It reaches 200 times
 # the start at 0.995 of the limit, half a bracket below it.
 BAND = 200.0
-# A nudge may grow so many times as much as it grows in the exact motion: more is lost.
+# A run is lost if a nudge grows by more than this multiple of its growth in the exact motion.
 LOST_GROWTH = 1e3
 FailureKind = Literal["unstable", "changes-kind"]
 """Consequence of a step beyond the limit. "unstable": it magnifies a nudge that the exact motion
@@ -33,7 +33,7 @@ LoopQuantity = Literal["hold", "delay", "gain"]
 """Quantity of a loop through a digital controller that has a limit: the time for which an answer is
 held, its delay, or a factor of all gains."""
 LOOP_QUANTITIES: tuple[LoopQuantity, ...] = ("hold", "delay", "gain")
-LEVELS = (0.01, 0.1, 1.0)  # errors over their scale whose times are computed
+LEVELS = (0.01, 0.1, 1.0)  # ratios of an error to its scale whose times are computed
 Growth = Literal["constant", "linear", "quadratic", "exponential", "decaying"]
 
 
@@ -65,7 +65,8 @@ class LongRun:
     """Rate of the growth. If the error is a time ahead, [s/s] for linear and [1/s] for quadratic
     growth. If it is a body's angle, [rad/s] and [rad/s^2]. For exponential growth [1/s]. 0 without
     growth."""
-    energy_rate: float  # [1/s] mean rate of the energy over its scale; 0: bounded
+    # [1/s] mean rate of the ratio of the energy to its scale; 0 if the energy is bounded
+    energy_rate: float
     times: Mapping[float, float]
     """Time [s] at which the error first reaches each level. If the part of the error that repeats
     in each period reaches the level, the time is close to zero; if the error never does, it is
@@ -96,6 +97,6 @@ class StabilityTheory:
     """Function from a scheme, a step [s] and the scales of observables to the growth of the error;
     None if the growth is not known."""
     energy: Callable[[Signals], Array] | None = None
-    """Function from sampled observables to the energy over its scale, shape (n,); None if the
-    energy is not conserved."""
+    """Function from sampled observables to the ratio of the energy to its scale, shape (n,); None
+    if the energy is not conserved."""
     lasts: float = math.inf  # [s] time until a damped motion rests, or a forced one repeats

@@ -14,7 +14,7 @@ Coefficients = Mapping[int, Signals]
 exact."""
 
 
-# chosen: largest sum of the last two terms of a series, over the sum of all terms
+# Chosen: largest ratio of the sum of a series' last two terms to the sum of all terms
 LARGEST_LAST_TERMS = 0.1
 # Calibrated: largest nonlinearity of the motion's response at which the remainder of a series is
 # bounded by its last two terms and `left_open.nonlinear_part`. At a nonlinearity of 0.09 (RK4 next

@@ -154,9 +154,8 @@ class ContactSettings:
     value: float
     step: float  # [s]
     mjcf: str  # lines to paste into a model file
-    low: (
-        float  # smallest value of the property: of a restitution, over the moments of an impact
-    )
+    # Smallest value of the property; of a restitution, the smallest for all moments of an impact
+    low: float
     high: float
     depth: float  # [m] largest depth: in the impact, or at rest
     speed: float  # [m/s] speed of the impact

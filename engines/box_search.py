@@ -25,7 +25,7 @@ class Searched:
     place: tuple[float, ...] | None  # fractions of the sides; None if no run had a cost
     cost: float  # cost at that place
     runs: int  # number of runs made
-    without: int  # number of runs without a cost: no exact answer, or an unsupported scene
+    without: int  # number of runs whose scene has no exact answer or is unsupported: no cost
     why: str  # reason of the last run without a cost
 
 

@@ -45,7 +45,7 @@ class DifferenceWay:
     """A way to a derivative by the difference of two runs."""
 
     name: str
-    # Shift of the lower run's number, over eps; the shift of the upper run's number is eps
+    # Ratio of the shift of the lower run's number to eps, which is the shift of the upper run's
     low: float
     order: int  # power of eps in the error of the difference
 

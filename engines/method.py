@@ -30,7 +30,7 @@ ONE_LINE = (
     "capsule-coast/translation",
 )
 
-# [s] allowed time steps: the stiffness of contacts goes as the step to the power of -2
+# [s] allowed time steps: the stiffness of contacts is proportional to the step to the power of -2
 SHORTEST_TIME_STEP, LONGEST_TIME_STEP = 1e-9, 1e3
 
 
@@ -169,7 +169,7 @@ class KnownStepLimit:
 
     scenes: Patterns
     methods: Patterns
-    ratio: float  # measured over predicted
+    ratio: float  # ratio of the measured step to the predicted step
     reason: str
     kind: FailureKind = "unstable"
 
@@ -216,9 +216,11 @@ class Engine:
     methods: tuple[Method, ...]
     prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
     model_error: Callable[[Case, Method, float], ModelError]
-    optional: bool = False  # if it is not installed, it is missing only when it is named
+    # If true, its runs are left out without its package, unless the user names the engine.
+    optional: bool = False
     not_read: Mapping[str, str] = field(default_factory=dict)
-    """{observable: reason}: observables that an engine of another package gives for no scene."""
+    """{observable: reason}: observables that the engine gives for no scene. Only an engine that
+    another package adds declares them here."""
     distribution: str = ""  # name of the package that adds the engine; empty for plumbob's
     limits: Path | None = None
     """File of limits of an engine of another package; plumbob's engines have theirs in

@@ -23,7 +23,7 @@ STATE_NUDGE = 1e-9
 # Largest magnitude of a state [m, rad, m/s, ...] at which doubles resolve a nudge. Some engines
 # keep velocities within bounds and never report that a run diverges.
 LARGEST_NUDGED_NUMBER = STATE_NUDGE / np.finfo(float).eps
-LAST = 10  # the last steps of a run are its last part of so many
+LAST = 10  # the last steps of a run are its last tenth
 
 
 @dataclass(frozen=True)

@@ -199,13 +199,15 @@ VariationKind = Literal["jacobian", "converged", "solver", "flag", "sleep"]
 
 @dataclass(frozen=True)
 class ModelVariation:
-    """A model with another setting, which should have the motion of another model, but for rounding
-    and for what the solver's tolerance leaves."""
+    """A model with a changed setting, which should not change the motion, but for rounding and for
+    what the solver's tolerance leaves."""
 
     name: str  # "sparse Jacobian"
     kind: VariationKind
     model: OwnModel
-    beside: OwnModel
+    # The model without the change: the user's model or, if the kind is "converged", the user's
+    # model with a solver that converges
+    unchanged: OwnModel
 
 
 class OwnModel(Protocol):

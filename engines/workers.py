@@ -41,10 +41,12 @@ TRIES = 2  # attempts at a task whose worker dies or hangs
 STARTS = 3  # workers in a row that may end before they are ready
 LOADING_TIME = 300.0  # [s] longest time until a worker is ready
 TICK = 0.2  # [s] time between two looks at the clock
-# If a task has run for longer than its limit and used less than this fraction of the time, it
-# hangs. A task that computes on a core with fifteen other processes uses six times as much.
+# If a task has run for longer than its limit, and the ratio of its processor time to its wall time
+# is smaller than this fraction, it hangs. A task that computes on a core with fifteen other
+# processes has a ratio of 1/16.
 IDLE_FRACTION = 0.01
-# If the system does not tell the processor time, a task hangs after so many limits of wall time.
+# If the system does not tell the processor time, a task hangs if its wall time is longer than its
+# limit times this factor.
 WALL_TIME_FACTOR = 20.0
 LONGEST_TIMER = 1e8  # [s] longest time that a timer accepts
 AHEAD = 3  # tasks that each worker of a cluster has at a time
@@ -328,8 +330,8 @@ def _serve(theirs: connection.Connection, module: str) -> None:
 
 
 def _end_after(seconds: float) -> None:
-    """Has the system end this process when it has used so many more `seconds` of processor time,
-    even within a call of a library that does not return. 0 stops the timer."""
+    """Has the system end this process when it has used `seconds` more of processor time, even
+    within a call of a library that does not return. 0 stops the timer."""
     if hasattr(signal, "ITIMER_PROF"):  # not on Windows
         signal.setitimer(signal.ITIMER_PROF, min(seconds, LONGEST_TIMER))
 

@@ -15,7 +15,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 
 MAX_NEWTON_ITERATIONS = 12  # largest number of Newton steps
-# All sizes of Newton steps are over the scale of the state.
+# All sizes of Newton steps are relative to the scale of the state.
 CONVERGED = 1e-15  # size of a step at which the iteration has converged
 ROUNDOFF_STEP = 1e-12  # size below which a step that no longer shrinks is round-off
 DIVERGED_SIZE = 1e6  # size beyond which the iteration has diverged

@@ -34,8 +34,8 @@ class Response:
         return np.diff(self.orbit.breakpoints)[:, None, None, None]
 
     def at(self, times: Array) -> Array:
-        """Returns w at `times` [s], shape (n,), as shape (n, d, columns). Raises ParameterError
-        for a time outside the grid."""
+        """Returns the solutions w at `times` [s], shape (n,), as shape (n, d, columns). Raises
+        ParameterError for a time outside the grid."""
         step = self.orbit.locate(times)
         length = np.diff(self.orbit.breakpoints)[step]
         fraction = (times - self.orbit.breakpoints[step]) / length
@@ -52,7 +52,7 @@ class Response:
         )
 
     def at_nodes(self, derivative: int = 0) -> Array:
-        """Returns w, or its time derivative of order `derivative`, at the nodes of all steps.
+        """Returns the solutions w, or their time derivatives of order `derivative`, at all nodes.
 
         The shape is (steps, stages, d, columns).
         """

@@ -43,7 +43,7 @@ class PointImpact:
 
     @property
     def ratios(self) -> tuple[float, float]:
-        """q during the initial slip, and q after that slip has ended."""
+        """The ratio q (module docstring) during the initial slip, and after that slip has ended."""
         a, b, _ = self.weights
         f = self.friction
         after_slip = min(max(-b / a, -f), f)

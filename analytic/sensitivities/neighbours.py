@@ -28,12 +28,14 @@ CENTRAL_OFFSETS = (-4, -3, -2, -1, 0, 1, 2, 3, 4)
 OFFSETS_ABOVE = (0, 1, 2, 3, 4, 5, 6, 7, 8)
 OFFSETS_BELOW = tuple(-k for k in OFFSETS_ABOVE)
 OFFSETS_LEFT_OUT = 2  # offsets that the stencil of lower order leaves out
-# Uncertainty over the difference of the two stencils, which shows larger roundings of g as well.
+# Ratio of the uncertainty to the difference of the two stencils. The difference also shows
+# roundings of g that are larger than usual.
 STENCIL_UNCERTAINTY_FACTOR = 4.0
-# Uncertainty over the standard deviation of errors of g. The factor is large because the deviation
-# is estimated from few independent values: times and observables have nearly equal errors.
+# Ratio of the uncertainty to the standard deviation of errors of g. It is large because the
+# deviation is estimated from few independent values: the errors at all times and of all observables
+# are nearly equal.
 DEVIATION_FACTOR = 8.0
-# quantile, over the times, of the size of these errors: it is the least size at every time
+# Quantile of the sizes of the errors of g at all times: at every time the size is at least that
 USUAL_QUANTILE = 0.75
 SIZE_OF_EXACT_ZERO = 1e-300  # size of the error of a value that is 0 and exact
 

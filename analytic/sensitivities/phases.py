@@ -1,8 +1,9 @@
 """Sensitivities of a motion whose formula changes at known times: differences phase by phase.
 
-In phase k, from T_k to T_k+1, an observable o(t; q) is smooth; after it another formula holds.
-Close to a switch, a difference at a fixed time would mix two formulas. A difference at a fixed
-fraction f of the phase does not. With tau(q) = T_k + f (T_k+1 - T_k),
+In phase k, from T_k to T_k+1, an observable o(t; q) is smooth in the time t and in the parameter q;
+after it another formula holds. Close to a switch, a difference at a fixed time would mix two
+formulas. A difference at a fixed fraction f of the phase does not. With
+tau(q) = T_k + f (T_k+1 - T_k),
 
     do/dq at fixed t = d/dq o(tau(q); q) - (do/dt) dtau/dq                                      (1)
 
@@ -25,8 +26,8 @@ from plumbob.analytic.sensitivities.neighbours import (
     in_rows,
 )
 
-# Widths of the stencils for do/dt over the length of the phase. Close to the end of a phase short
-# stencils are needed: a support's direction settles as a power of the time that is left.
+# Ratios of the stencils' widths for do/dt to the length of the phase. Close to the end of a phase
+# short stencils are needed: a support's direction settles as a power of the time that is left.
 WINDOW_RATIOS = 0.125 ** np.arange(1.0, 6.0)
 # Latest fraction of a phase: at its very end round-off decides which formula holds.
 LATEST_FRACTION = 1.0 - 1e-11
@@ -71,14 +72,15 @@ def _phase_sensitivities(
     fraction = np.minimum(since / length, LATEST_FRACTION)
 
     def tau(motion: Phased) -> Array:
-        """Returns tau(q) of a motion: the times [s] at the same fractions of its phase."""
+        """Returns tau of eq. 1 for a motion, whose parameter is q: the times [s] in the motion's
+        phase at the fractions f of `times`; in the last phase, equally long after its begin."""
         begin = motion.switches[phase]
         if last:
             return np.asarray(begin + since)
         return np.asarray(begin + fraction * (motion.switches[phase + 1] - begin))
 
     def read(motion: Phased) -> Array:
-        """Returns the observables of a motion at tau(q), shape (observables, n)."""
+        """Returns the observables of a motion at its times tau, shape (observables, n)."""
         return in_rows(motion.reference.observe(tau(motion)), names)
 
     # A motion with a closed form has neighbours without one, whose uncertainties are larger.

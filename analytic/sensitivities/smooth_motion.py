@@ -56,7 +56,7 @@ def smooth_gradients(
 
 
 def _state_derivatives(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
-    """Returns S at `times` [s] and its uncertainty, shape (n, d, parameters) each.
+    """Returns S of eq. 1 at `times` [s] and its uncertainty, shape (n, d, parameters) each.
 
     The step of the collocation is halved until the two numbers of stages agree.
     """
@@ -83,18 +83,18 @@ def _state_derivatives(motions: Sequence[Neighbours[SmoothMotion]], times: Array
 def _response(
     grid: TimeGrid, motions: Sequence[Neighbours[SmoothMotion]], stages: int, times: Array
 ) -> Array:
-    """Returns S at `times` [s], shape (n, d, 2 parameters).
+    """Returns S of eq. 1 at `times` [s], shape (n, d, 2 parameters).
 
     The second half of the columns is the response to the uncertainties of f_p and of the start.
     """
     nodes, states, flow = motions[0].here.linearised(grid, stages)
 
     def slope(motion: SmoothMotion) -> Array:
-        """Returns f on the exact motion, with a neighbour's parameters."""
+        """Returns f, the slope of the state, on the exact motion with a neighbour's parameters."""
         return motion.slope(nodes, states)
 
     def initial_state(motion: SmoothMotion) -> Any:
-        """Returns z(0) of a neighbour."""
+        """Returns z(0), the state of a neighbour at the start."""
         return motion.start
 
     forcing = stacked([neighbours.derivative(slope) for neighbours in motions])
@@ -119,7 +119,8 @@ def observable_sensitivity(
         return in_rows(motion.read(times, states), names)
 
     def derivative_along(direction: Array) -> Array:
-        """Returns o_z times a `direction`, shape (observables, n)."""
+        """Returns the derivatives of the observables along a `direction` of the state, o_z times
+        the direction, shape (observables, n)."""
         nudged = here.read(times, states + 1j * IMAGINARY_STEP * direction)
         return in_rows(nudged, names).imag / IMAGINARY_STEP
 

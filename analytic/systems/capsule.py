@@ -19,8 +19,8 @@ NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 # [m] C, and the positions 1 m from C along x and y: three values give an affine function
 UNIT_POSITIONS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
-# Smallest height of a triangle of supports over its longest side: a flatter triangle gives support
-# loads with fewer than 7 digits.
+# Smallest ratio of the height of a triangle of supports to its longest side: a flatter triangle
+# gives support loads with fewer than 7 digits.
 SMALLEST_HEIGHT = 1e-9
 # Rounding of a load in units of ROUNDOFF times the weight: the root of the sum of squares of errors
 # that add up to at most 32.

@@ -25,8 +25,8 @@ from plumbob.analytic.reference import Array
 # Largest part of the scaled load, which is 1, that may stay unbalanced: a tenth of it is the
 # feasibility tolerance of the linear programme.
 UNBALANCED = 1e-6
-# Largest excess of a tangential force over its cone, as a part of the normal force, at which no
-# half-space is added
+# Largest amount by which a tangential force exceeds the limit of its cone, as a fraction of the
+# normal force, at which no half-space is added
 CUT = 1e-4
 FIRST_CUTS = 16  # half-spaces around a cone of two tangential forces at first
 # An angle is halved with each cut: a single cone needs four of them for CUT. Many contacts that can
@@ -37,7 +37,7 @@ MOST_CONE_CUTS = 20
 CLOSE = 1e-3
 MOST_FRICTION = 64.0  # largest multiple of the given friction that is tried
 FRICTION_HALVINGS = 12  # a multiple from 0 to 1 is known to 2^-12, a quarter of CLOSE
-PENALTY = 1e4  # cost of an unbalanced load over the cost of a force, each scaled
+PENALTY = 1e4  # ratio of the cost of an unbalanced load to the cost of a force, each scaled
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class HeldLoads:
 
     @cached_property
     def newtons(self) -> Array:
-        """The normal force [N] of each contact over its scaled force, shape (contacts,)."""
+        """The ratio of each contact's normal force [N] to its scaled force, shape (contacts,)."""
         normals = [contact.rows[:1] for contact in self.contacts]
         sizes = [np.linalg.norm(self.scaled_rows(normal)) for normal in normals]
         return self.load_size / np.array(sizes).reshape(len(self.contacts))

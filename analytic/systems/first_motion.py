@@ -28,11 +28,12 @@ from scipy.optimize import lsq_linear, nnls
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, ContactRows, HeldLoads
 
-# Least acceleration over the free one that counts as motion. A programme is solved to about 1e-12.
+# Least ratio of an acceleration to the free one that counts as motion. A programme is solved to
+# about 1e-12.
 MOVES = 1e-6
 # Steepest descent of a programme that counts as none: right weights leave 1e-15, wrong ones 0.1
 STEEPEST_LEFT = 1e-8
-# Largest violation of a cone, over the free acceleration, that counts as none: far below MOVES
+# Largest ratio of a cone's violation to the free acceleration that counts as none: far below MOVES
 CONE_ROUNDING = 1e-9
 # The slips fall by the factor f^2/(1 + f^2) or less at a friction f and equal masses: at f = 10,
 # 700 times bring them below CLOSE, the least margin that statics resolves.

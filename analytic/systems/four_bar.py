@@ -183,8 +183,8 @@ def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
     y = -u[1]
     square = (p.ground - p.crank) ** 2 + 4 * p.ground * p.crank * sin(t / 2) ** 2
     line = sqrt(square)
-    # V has a part along this vector and a part across it, both over `line`. The part across is the
-    # height of the triangle with coupler and rocker, by Heron's formula.
+    # V has a part along this vector and a part across it. Both are divided by `line`. The part
+    # across is the height of the triangle with coupler and rocker, by Heron's formula.
     along = (square + (b - c) * (b + c)) / (2 * square)
     area = (b + c - line) * (b + c + line) * (line + b - c) * (line - b + c)
     across = sqrt(area) / (2 * square)

@@ -91,7 +91,7 @@ class HeavyTop:
 
 
 def _moment_across(p: Any) -> Any:
-    """Returns A of eq. 1 [kg m^2]."""
+    """Returns A of eq. 1, the moment of inertia across the axis about the fixed point [kg m^2]."""
     return p.inertia_across + p.mass * p.length**2
 
 

@@ -78,7 +78,7 @@ class HeldLoop(LinearResponse):
 
     @property
     def gains(self) -> Array:
-        """K and D."""
+        """The gains of eq. 1: K of the angle and D of the rate, shape (2,)."""
         return np.array([self.stiffness, self.rate_gain])
 
     @cached_property

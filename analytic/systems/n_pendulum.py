@@ -100,7 +100,7 @@ class NPendulum:
 
 
 def _rods(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
-    """Returns m_i, l_i and w_i of each rod."""
+    """Returns m_i, l_i and w_i (module docstring) of each rod."""
     rods = []
     below = 0.0 * p.gravity  # mass of the rods below
     for i in range(count, 0, -1):

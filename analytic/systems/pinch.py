@@ -56,7 +56,7 @@ class Pinch(LinearResponse):
 
     @property
     def fraction(self) -> float:
-        """The load over the largest friction."""
+        """The ratio of the load to the largest friction."""
         return self.load / (2.0 * self.friction * self.normal_force)
 
     def observe(self, times: Array) -> Signals:

@@ -84,7 +84,7 @@ class RodImpact(LinearResponse):
         _, up, along = self.impact.impulses
         sine = math.sin(self.angle)
         cosine = math.cos(self.angle)
-        # time since the impact over the mass: it turns an impulse into a displacement
+        # Time since the impact divided by the mass: times an impulse, it is a displacement.
         elapsed = np.maximum(times - self.fall, 0.0) / self.mass
         start = self.height + self.length / 2.0 * sine
         return {

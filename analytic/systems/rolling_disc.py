@@ -71,7 +71,7 @@ class RollingDisc:
         )
 
     def potential(self, observed: Signals) -> Array:
-        """Returns V [1/s^2]."""
+        """Returns the potential energy divided by the mass and the squared radius [1/s^2]."""
         return np.asarray(self.gravity / self.radius * sin(observed["tilt"]))
 
     @property

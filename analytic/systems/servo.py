@@ -214,7 +214,8 @@ class ServoPiece:
         )
 
     def states(self, since: Array | float) -> tuple[Array, Array]:
-        """Returns x and x' at the times `since` its begin [s], shape (n,)."""
+        """Returns the coordinate x and its rate x' at the times `since` the begin [s], shape
+        (n,)."""
         return linear_motion(self.motion, self.x, self.v, np.asarray(since))
 
     def torque(self, since: float) -> float:

@@ -33,7 +33,7 @@ STEPS = MappingProxyType(
     }
 )
 """{integrator: its scheme and order}."""
-SINGLE = 2.0**29  # rounding of single precision over that of double precision
+SINGLE = 2.0**29  # ratio of the rounding of single precision to that of double precision
 # ratio of a driven slider's armature to its mass. MuJoCo's 1e10 leaves no digits in single
 # precision.
 SLIDER_RATIO = 1e4

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from plumbob.engines.audit.engines import EngineError
 
 REFERENCE, TRIMS, STABLE = 0.6, 0.1, 0.05  # fractions of the budget
-# Time for the largest steps: so many seconds at least, but no more than this multiple of the
-# budget. Most searches take less than two seconds.
+# Time for the search for the largest steps: LEAST_STABLE seconds at least, but no more than
+# MOST_STABLE times the budget. Most searches take less than two seconds.
 LEAST_STABLE, MOST_STABLE = 5.0, 3.0
 AFTER = TRIMS + STABLE
 
@@ -71,8 +71,8 @@ class Audit:
     # Changes since another audit; None if it is compared with none.
     changes: tuple[AuditChange, ...] | None = None
     engines: tuple[EngineError, ...] = ()  # errors of the other engines that the user asked for
-    # In a loop: the error of the own step if the controls of the reference are replayed; None if
-    # there is no loop, or no error is known.
+    # In a loop: the error at the model's own step if the controls of the reference are replayed;
+    # None if there is no loop, or no error is known.
     replayed: StepError | None = None
     returns: EpisodeReturns | None = None  # None if no episodes are asked for
     # The return of an environment in a loop; None for other audits.
@@ -94,9 +94,9 @@ class Audit:
 
     @property
     def feedback_factor(self) -> float | None:
-        """The error in the loop over the error with replayed controls: below 1 feedback takes
-        errors back, above 1 it amplifies them. None if either is not resolved by the reference, or
-        infinite."""
+        """The ratio of the error in the loop to the error with replayed controls: below 1 feedback
+        takes errors back, above 1 it amplifies them. None if either is not resolved by the
+        reference, or infinite."""
         errors = self.error, self.replayed_error
         if not all(
             math.isfinite(error) and error > RESOLVED * self.uncertainty for error in errors

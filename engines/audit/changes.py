@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 Stored = Mapping[str, Any]
-"""An audit as plain data, as in its JSON."""
+"""An audit as its JSON data."""
 SETTINGS = (
     "integrator",
     "step",
@@ -45,7 +45,7 @@ def audited_file(audit: Stored) -> str:
 
 
 def changes(old: Stored, new: Stored) -> tuple[AuditChange, ...]:
-    """Returns everything that distinguishes two audits, given as plain data. An error that no
+    """Returns everything that distinguishes two audits, given as their JSON data. An error that no
     longer has a value counts as infinite. An error below the uncertainties of the references counts
     as none."""
     if "fields" not in old:

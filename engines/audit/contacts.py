@@ -27,7 +27,8 @@ PUSH = 0.9  # push as a fraction of the friction limit
 PUSHED = 1.0  # [s] duration of the push
 # Length of a run, as a multiple of the time in which Coulomb friction stops the body
 LONGER = 3.0
-# Largest f h over the least distance to the edge of the feet at which loads count as static
+# Largest ratio of f h to the least distance to the edge of the feet at which loads count as static.
+# f is the friction and h the height of the centre of mass.
 FLAT = 0.01
 
 
@@ -39,7 +40,7 @@ class ContactRun:
     distances: Array  # along each heading [m]; NaN if the body does not stop
     turned: float  # [rad] largest turn about the vertical in slides that begin without a turn
     turning: SlideToRest | None  # the slide that begins with a turn
-    # [m/s] largest of all headings under the push; None unless at the own step
+    # [m/s] largest of all headings under the push; None unless `step` is the model's own
     drift: float | None
     tilts: Array  # by heading: displacements by the tilt, in deflections of one contact
     loaded: Array  # by heading: whether every load stays >= 0 as its transient overshoots

@@ -29,14 +29,14 @@ class MotionReturn:
     far as that is known."""
 
     own: float  # return of the environment's own rollout, to its end
-    duration: float  # [s] duration of that rollout
+    duration: float  # [s] duration of the environment's own rollout
     ended: bool  # whether the environment ended it early
     until: float  # [s] time up to which both returns are known
-    own_until: float  # return of the own rollout up to `until`
+    own_until: float  # return of the environment's own rollout up to `until`
     limit_until: float  # return of the certified motion up to `until`
-    uncertainty: float  # difference of the latter between the two computations of the motion
-    # Return of the own rollout up to its end less that of the same states and actions if rewards
-    # read all quantities at the end of a step: those that follow from a step's begin lag by it
+    uncertainty: float  # difference of `limit_until` between two computations of the motion
+    # `own`, less the return of the same states and actions if rewards read all quantities at the
+    # end of a step. Quantities that the engine computes at the begin of a step lag by that step.
     lag: float
 
 

@@ -65,7 +65,7 @@ def state_in(data: Any) -> Array:
 
 @dataclass(frozen=True)
 class Rollout:
-    """An episode of an environment, to its end or for so many periods."""
+    """An episode of an environment, up to its end or to the longest length allowed."""
 
     controls: Array  # shape (periods, actuators)
     rewards: Array  # shape (periods,)

@@ -184,8 +184,9 @@ def episode_returns(
     episodes: Episodes, plan: EpisodePlan, allowance: Allowance
 ) -> EpisodeReturns:
     """Returns the returns of the episodes at the model's own step, at halves of it, and with other
-    integrators at the own step; by several processes, if the allowance has them. Fewer are run if
-    they take more processor time than is allowed, but at least two. Raises ParameterError."""
+    integrators at the model's own step; by several processes, if the allowance has them. Fewer are
+    run if they take more processor time than is allowed, but at least two. Raises
+    ParameterError."""
     settings = settings_of(episodes)
     with _kept(episodes, settings, plan) as (known, keep):
         missing = [number for number in range(plan.count) if number not in known]

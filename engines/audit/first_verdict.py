@@ -21,9 +21,8 @@ class FirstVerdict:
     duration: float  # [s] of both runs
     ends_at: float | None  # [s] time at which the run at the model's own step ends early
     why: str  # why it ends early; empty if it does not
-    change: (
-        float  # [m] largest displacement of a corner by half the step; nan if a run ends early
-    )
+    # [m] largest displacement of a corner by half the step; nan if a run ends early
+    change: float
     estimate: float  # [m] estimated error at the model's own step, from the integrator's order
     remarks: tuple[str, ...]  # remarks about the run at the model's own step
 

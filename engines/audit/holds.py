@@ -28,7 +28,8 @@ VERDICTS: tuple[Coulomb, ...] = (
 )
 SHORT_CREEP, LONG_CREEP = 1.0, 60.0  # [s] durations over which bodies creep
 NEAR = 0.2  # relative error of a predicted creep within which it counts as explained
-LEFT = 3.0  # displacement over that of a steady creep at which bodies have lost their contacts
+# Ratio of a displacement to that of a steady creep at which bodies have lost their contacts
+LEFT = 3.0
 CREEP_WANTED = 1e-5  # [m/s] largest creep that is asked for by default: 0.6 mm in a minute
 
 
@@ -47,7 +48,7 @@ class CreepRemedy:
 
     options: FrictionOptions
     creep: MeasuredCreep
-    cost: float  # processor time of a step over that of the model's own options
+    cost: float  # ratio of a step's processor time to the time with the model's own options
     refusal: str  # reason why the audit of a motion refuses the options; empty if it does not
 
     def stops(self, wanted: float) -> bool:

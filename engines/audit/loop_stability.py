@@ -45,7 +45,7 @@ SMOOTH = 0.02  # largest relative difference of the two derivatives of a smooth 
 NEUTRAL_GROWTH = 1e-6
 AT_REST = 1e-9  # [m, rad, m/s, ...] largest change of a fixed point in a step
 LOOP_NUDGE = 1e-6  # [m, rad, ...] largest change of the fixed point at which a run begins
-# A run lasts until the mode has changed by this factor, at most so many steps
+# A run lasts until the mode has changed by the factor CHANGED, or for MOST_NUDGED_STEPS steps.
 CHANGED, MOST_NUDGED_STEPS = 100.0, 200_000
 Instability = Literal["drifts apart", "alternates from sample to sample", "oscillates"]
 

@@ -17,7 +17,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 
 CONFIDENCE = 0.95  # confidence of all intervals
-HALVED = (1, 2, 4)  # the model's own step over these is run
+HALVED = (1, 2, 4)  # divisors of the model's own step: the quotients are run
 # Largest relative difference of a change from that of its order: a term of the next order is then
 # a small part of the error
 OFF_ORDER = 0.5
@@ -56,7 +56,7 @@ class StepReturn:
     integrator: str
     step: float  # [s]
     mean: MeanInterval
-    difference: MeanInterval | None  # None: the own integrator and step
+    difference: MeanInterval | None  # None at the model's own integrator and step
     episodes: int  # number of pairs
     lost: int  # number of episodes whose run was lost at this step, and do not count
     length: float  # [s] mean duration of the episodes, which an environment may end
@@ -68,7 +68,8 @@ class EpisodeReturns:
     """The returns of episodes at several steps, the model's own first."""
 
     rows: tuple[StepReturn, ...]
-    # The difference of the limit of small steps from the own step; None where `no_limit` says why
+    # Return in the limit of small steps, less the return at the model's own step; None if there is
+    # no limit, and `no_limit` says why
     limit: MeanInterval | None
     no_limit: str
     asked: int  # number of episodes that were asked for
@@ -82,8 +83,8 @@ class EpisodeReturns:
 
     @property
     def difference(self) -> MeanInterval | None:
-        """The difference of the limit, or else of the finest step of the own integrator, from the
-        own step; None if too few episodes reach their end."""
+        """The return in the limit, or else at the finest step of the model's own integrator, less
+        the return at the model's own step; None if too few episodes reach their end."""
         if self.limit is not None:
             return self.limit
         same = [row for row in self.rows if row.integrator == self.own.integrator]
@@ -172,8 +173,8 @@ def returns_of(
 ) -> EpisodeReturns | None:
     """Returns the mean returns at settings, the model's own first and its halved steps next, from
     the return and the duration [s] of each episode, shape (episodes, settings, 2), with NaN for
-    runs that were lost; None if fewer than two episodes count at the own step. `asked` is the
-    number of episodes that were asked for."""
+    runs that were lost; None if fewer than two episodes count at the model's own step. `asked`
+    is the number of episodes that were asked for."""
     values = outcomes[:, :, 0]
     good = np.isfinite(values) & np.isfinite(values[:, :1])
     enough = [k for k in range(len(settings)) if good[:, k].sum() > 1]

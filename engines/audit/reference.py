@@ -36,12 +36,12 @@ from plumbob.engines.own_motion import (
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] widths of the layers
 IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances with layers
-# Powers of the width of a layer with which the distance of the motion from the limit goes. A touch
-# at a speed lasts for a time that goes as the width. A grazing touch lasts as its square root. A
-# touch whose acceleration and jerk vanish, too, lasts as its fourth root. The smallest power
-# dominates as layers shrink.
+# Powers of a layer's width to which the distance of the motion from the limit is proportional. The
+# duration of a touch at a speed is proportional to the width, the duration of a grazing touch to
+# the square root of the width, and the duration of a touch whose acceleration and jerk vanish, too,
+# to its fourth root. The smallest power dominates as layers shrink.
 POWERS = (0.25, 0.5)
-CHATTER, WITHIN = 20, 0.05  # more events than this within so many seconds are chatter
+CHATTER, WITHIN = 20, 0.05  # more than CHATTER events within WITHIN seconds are chatter
 # Least number of steps in a touch that a larger step passed over: some stages then lie in it
 STEPS_IN_TOUCH = 4.0
 FIRST = 0.4  # fraction of the time for the first method

@@ -54,8 +54,9 @@ SAFE = 0.5  # step at which every method holds, as a fraction of the shortest ti
 RATIO = 2.0  # ratio of successive steps of the search
 RESOLVED = 0.02  # relative accuracy to which a limit is bisected
 JACOBIAN_DIFFERENCES = (1e-6, 1e-7)  # [m, rad, ...] sizes of the differences of the Jacobians
-# If a contact begins within a difference, the Jacobian goes as one over the difference. The state
-# then tells nothing: the factors of two differences have a larger ratio than this.
+# If a contact begins within a difference of states, the Jacobian is proportional to the reciprocal
+# of the difference, and the state shows nothing: the factors by two differences have a larger ratio
+# than this.
 ALIKE = 1.5
 TINY = 2.0**-24  # [s] a step so short that it shows the continuous motion
 BELOW, ABOVE = 0.9, 1.1  # multiples of a limit at which nudged runs must hold, and be lost

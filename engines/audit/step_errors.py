@@ -80,7 +80,7 @@ class StepComparison:
     index: int  # index of the last period up to which the steps tend to the reference
     nearest: float  # [m] smallest error of the finest steps there
     order: Order | None  # order of the model's own integrator
-    # Whether contacts or limits that the engine softens at the own step act in the motion.
+    # Whether contacts or limits act in the motion that the engine softens at the model's own step
     clamping_acts: bool = False
 
     @property
@@ -98,7 +98,7 @@ class Balance:
     alone."""
 
     name: str
-    own: float  # largest magnitude at the own step; of an energy the largest change
+    own: float  # largest magnitude at the model's own step; of an energy the largest change
     continuous: float  # largest magnitude of the continuous motion, likewise
     apart: float  # largest difference of the two at the same time
 

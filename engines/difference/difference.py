@@ -146,7 +146,7 @@ def motion_difference(
 
 def _band_rows(band: Band, places: Places, changes: Array, units: Array, degrees: int) -> Array:
     """Returns the largest estimate, bound and part of the solver of any position, and the use of
-    the band by the `changes`, at samples that come so many `places` after the first of the band,
+    the band by the `changes`, at samples that come `places` samples after the first of the band,
     shape (4, n): before the band 0, after it NaN. The first `degrees` numbers are positions. The
     recordings are given in `units`."""
     rows = np.zeros((4, len(places)))

@@ -20,7 +20,7 @@ from plumbob.engines.difference.repetitions import (
     RepeatedMotion,
     Repeater,
     Repetition,
-    held,
+    compared_with_band,
     most_apart,
     recorded_run,
     samples_of,
@@ -134,7 +134,7 @@ def _repetitions(
         if np.isfinite(alone).all():
             rows = [_in_a_batch(label, copies, model, start, recording, alone[0], seconds)]
         own = OwnSteps(samples_of(model, recording))
-        row = held(_band(own.samples, seconds), label, "port", alone[0])
+        row = compared_with_band(_band(own.samples, seconds), label, "port", alone[0])
         # The batch before has compiled the port's step: its time does not count.
         steps = _steps(own, copies, model, Allowance(PORT_STEPS_TIME * seconds))
         return [replace(row, steps=steps), *rows]
@@ -166,7 +166,7 @@ def _in_a_batch(
     samples = samples_of(model, replace(recording, states=alone[:count]))
     run = most_apart(alone[:count], runs)
     name = f"{label}, at {len(PLACES)} places of a batch"
-    return held(_band(samples, seconds), name, "port", run)
+    return compared_with_band(_band(samples, seconds), name, "port", run)
 
 
 def _steps(own: OwnSteps, copies: Copies, model: OwnModel, allowance: Allowance) -> StepsBeside:

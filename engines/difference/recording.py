@@ -194,7 +194,8 @@ def resolution_of(states: Array) -> Resolution:
 
 
 def _is_rounded(values: Array, read_back: Array, decimals: Array) -> bool:
-    """Returns whether each value is a number of so many decimals, as far as a double holds it."""
+    """Returns whether each value has at most its number of `decimals`, as far as a double holds
+    it."""
     with np.errstate(all="ignore"):  # not finite where the scale is out of range: not rounded
         scale = 10.0**decimals
         off = np.abs(np.rint(values * scale) / scale - values)

@@ -51,8 +51,8 @@ class Repetition:
     difference: MotionDifference | None = None  # None if it has no motion
     # Single steps from the states of the motion; None if they are the same computation
     steps: StepsBeside | None = None
-    solver: SolverRun | None = None  # what its solver leaves along its own run
-    own_solver: SolverRun | None = None  # what the solver of the other motion leaves
+    solver: SolverRun | None = None  # what the repetition's solver leaves of its run
+    own_solver: SolverRun | None = None  # what the solver leaves of the motion that is repeated
 
     @property
     def verdict(self) -> RepetitionVerdict:
@@ -172,7 +172,7 @@ class Repeater:
         """Yields all repetitions in MuJoCo."""
         self.allowance.progress("the same motion again")
         again = recorded_run(self.model, self.start, "again")
-        yield held(self.band, "again", "again", again.states)
+        yield compared_with_band(self.band, "again", "again", again.states)
         for name, run in self._batches():
             self.allowance.progress(name)
             try:
@@ -180,7 +180,8 @@ class Repeater:
             except NotCertifiable as why:
                 yield Repetition(name, "batch", str(why))
                 continue
-            yield held(self.band, name, "batch", most_apart(self.recording.states, runs))
+            states = most_apart(self.recording.states, runs)
+            yield compared_with_band(self.band, name, "batch", states)
         for variation in self.model.variations():
             self.allowance.progress(variation.name)
             yield self.varied(variation)
@@ -208,27 +209,30 @@ class Repeater:
         return np.stack([first, last])
 
     def varied(self, variation: ModelVariation) -> Repetition:
-        """Returns the repetition of a model with another setting, beside the model whose motion it
-        should have."""
+        """Returns the run of a model with a changed setting, compared with the band of the motion
+        that it should have, which is the motion without the change. If the bits of the two differ,
+        their single steps are compared, too."""
+        name, kind = variation.name, variation.kind
         own, band = self.own, self.band
         own_solver: SolverRun | None = self.own_solver
-        if variation.kind == "converged":
-            recording = recorded_run(variation.beside, self.start, "converged")
-            own = OwnSteps(samples_of(variation.beside, recording))
+        if kind == "converged":
+            recording = recorded_run(variation.unchanged, self.start, "converged")
+            own = OwnSteps(samples_of(variation.unchanged, recording))
             band, own_solver = self._measurement(own.samples), None
-        name, kind = variation.name, variation.kind
         try:
             run = recorded_run(variation.model, self.start, name)
         except NotCertifiable as why:
             return Repetition(name, kind, str(why))
-        if np.array_equal(run.states, own.samples.recording.states) or kind == "sleep":
-            return held(band, name, kind, run.states)
-        take = other_steps(samples_of(variation.model, own.samples.recording))
-        steps = compared_steps(own, take, self.allowance.part(VARIED_STEPS_TIME))
+        same_bits = np.array_equal(run.states, own.samples.recording.states)
+        if same_bits or kind == "sleep":  # the steps of sleeping bodies differ by intent
+            return compared_with_band(band, name, kind, run.states)
+        changed_step = other_steps(samples_of(variation.model, own.samples.recording))
+        steps = compared_steps(own, changed_step, self.allowance.part(VARIED_STEPS_TIME))
         solver = solver_run(samples_of(variation.model, run))
+        # The band needs a row for each step of the motion, and the run may end before the motion.
         left = np.zeros((own.samples.intervals, solver.left.shape[1]))
         left[: len(solver.left)] = solver.left
-        row = held(band, name, kind, run.states, left)
+        row = compared_with_band(band, name, kind, run.states, left)
         return replace(row, steps=steps, solver=solver, own_solver=own_solver)
 
     @cached_property
@@ -249,15 +253,15 @@ def most_apart(states: Array, runs: Array) -> Array:
     return np.asarray(runs[int(np.argmax(largest))])
 
 
-def held(
+def compared_with_band(
     band: BandMeasurement,
     name: str,
     kind: RepetitionKind,
     states: Array,
     left: Array | None = None,
 ) -> Repetition:
-    """Returns a repetition whose `states` are held against the band along a recording. `left` is
-    what its solver leaves of each step."""
+    """Returns a repetition with `states`, whose differences from a recording are compared with the
+    band along it. `left` is what the repetition's solver leaves of each step."""
     recording = band.samples.recording
     finite = np.isfinite(states).all(axis=1)
     ended = len(states) if finite.all() else int(np.argmin(finite))

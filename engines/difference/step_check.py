@@ -42,15 +42,15 @@ PART_OF_TIME = 0.2  # part of the allowance in which the law of the steps is rec
 
 @dataclass(frozen=True)
 class StepFinding:
-    """A step of a recording that is not the model's."""
+    """A step of a recording that the model does not take."""
 
     interval: int  # row of the sample before the step
     begin: float  # [s]
     end: float  # [s]
     place: str  # joint or activation with the largest excess
-    left: float  # what the model's step leaves there
-    allowed: float  # what precision and solver allow there
-    unit: str  # unit of both
+    left: float  # difference of the recorded step from the model's step at `place`
+    allowed: float  # largest difference that precision and solver allow at `place`
+    unit: str  # unit of `left` and `allowed`
     excess: float  # largest ratio of what is left to what is allowed
     cause: Cause
 

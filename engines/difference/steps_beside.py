@@ -91,7 +91,8 @@ class OwnSteps:
 
 
 def other_steps(samples: SampleSteps) -> Callable[[OwnStep], OtherStep]:
-    """Returns a function that takes the step of another model from the state of a step."""
+    """Returns a function from a step to the other model's step from the same state; `samples` are
+    those of the other model."""
 
     def other_step(step: OwnStep) -> OtherStep:
         """Returns the step of the other model."""
@@ -105,14 +106,15 @@ def other_steps(samples: SampleSteps) -> Callable[[OwnStep], OtherStep]:
 
 
 def compared_steps(
-    own: OwnSteps, take: Callable[[OwnStep], OtherStep], allowance: Allowance
+    own: OwnSteps, other_step: Callable[[OwnStep], OtherStep], allowance: Allowance
 ) -> StepsBeside:
-    """Returns the steps that `take` takes beside those of a model, within a time."""
+    """Compares each step of a model with the step that `other_step` returns for it, until the
+    allowance of time is spent."""
     result = StepsBeside()
     for interval in range(own.samples.intervals):
         if allowance.left < 0.0:
             return replace(result, why=OUT_OF_TIME)
-        result = _with_step(result, own, interval, take(own[interval]))
+        result = _with_step(result, own, interval, other_step(own[interval]))
     return result
 
 

@@ -70,7 +70,7 @@ class Cost:
     ns_per_step: float  # `ratio` times the median reference step of the study [ns]
     low: float  # lower quartile [ns]
     high: float  # upper quartile [ns]
-    ratio: float  # time of the step over the time of the reference steps beside it
+    ratio: float  # ratio of the step's time to the time of the reference steps beside it
     compile_seconds: float  # time that compiling the scene took [s]
     repeats: int  # number of timings
 
@@ -150,9 +150,8 @@ class BatchCost:
     compilation."""
 
     worlds: int  # number of worlds in the batch
-    ns_per_world_step: (
-        float  # wall time of a step of all worlds, over the number of worlds [ns]
-    )
+    # Wall time of a step of all worlds, divided by the number of worlds [ns]
+    ns_per_world_step: float
     device: str
 
 

@@ -72,9 +72,9 @@ class TriedDifference:
 
     eps: float | None
     computed: float
-    truncation: float  # error of the same difference of the exact answer
+    truncation: float  # error of the difference if exact answers take the place of the runs
     slope: float  # derivative of the predicted error; NaN without theory
-    rounding: float  # bound on the rounding, over eps
+    rounding: float  # bound on the part by the rounding of both runs, which is divided by eps
     remainder: float  # bound on all else that theory leaves open
     noise: float = 0.0  # effect of rounding, measured by runs at neighbouring values
 
@@ -187,7 +187,7 @@ class _End:
     exact: float
     error: float  # predicted, signed; NaN without theory
     terms: tuple[Array, ...]  # terms of its series over the run; empty if it is no series
-    rounding: float  # bound on the rounding
+    rounding: float  # bound on the rounding of the value
     control: float  # signed error of a solver that chooses its steps, by a second run
     model_error: float  # bound on the model error
     doubt: float  # uncertainty of the exact motion in double precision
@@ -334,7 +334,7 @@ def _predicted_error(error: ObservedError) -> float:
 
 
 def _rounding_bound(error: ObservedError, steps: int) -> float:
-    """Returns the bound on the rounding of the end of a run of so many steps."""
+    """Returns the bound on the rounding of the end of a run with `steps` steps."""
     stepped_uncertainty = error.predicted.uncertainty if error.predicted else None
     return (
         error.uncertainty if stepped_uncertainty is None else stepped_uncertainty

@@ -23,7 +23,8 @@ from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Quantity, Scene
 
 Residuals = Callable[[Sequence[float] | None], Array]
-"""A place in a box, or None for the true values -> the differences that are fitted, shape (n,)."""
+"""Function from a place in a box (a fraction of each side), or None for the known parameter values,
+to the differences that are fitted, shape (n,)."""
 FAILED = 1e6  # misfit, in scales, of a run that is lost or has no exact answer
 # distance on either side over which slopes are taken, as a fraction of the side
 SLOPE_DISTANCE = 1e-3
@@ -64,7 +65,7 @@ class Identification:
     parameters: tuple[Identified, ...]
     residual: float
     """Root mean square of the difference at the best fit, relative to the observables' scales."""
-    residual_at_true: float  # the same with the true parameters
+    residual_at_true: float  # root mean square of the difference with the known parameters
     runs: int  # number of runs made
     way: str = "search"  # "search", or the name of an engine's own fit
 
@@ -105,7 +106,7 @@ class ParameterFit(RunRequest[Identification]):
 
 def identify(
     box: Box,
-    true: Case,
+    known: Case,
     method: Method,
     step: float,
     budget: int,
@@ -115,18 +116,18 @@ def identify(
     progress: Callable[[int, int, float], None] = lambda made, of, residual: None,
     way: str = "search",
 ) -> Identification:
-    """The place of a box at which the run by `method` fits the exact motion of the case `true`
-    best, found in at most `budget` runs, one of them with the true values.
+    """The parameters in a box with which a run by `method` fits the exact motion of the case
+    `known` best, found in at most `budget` runs, one of them with the parameters of that case.
 
     The quantities of interest are fitted, at the end or over the run as each is defined, or all of
     them over the whole run if `all_samples`. `noise` is the standard deviation of random numbers
     that are added to the exact values, relative to the quantities' scales. `way` is "search", or
     names a fit of the engine. Raises ParameterError if no run can be fitted, or if fewer numbers
     are fitted than there are parameters."""
-    wanted = true.system.quantities(true)
+    wanted = known.system.quantities(known)
     if all_samples:
         wanted = tuple(Quantity(q.observable, q.scale) for q in wanted)
-    times = _times(true, method, step)
+    times = _times(known, method, step)
     size = sum(1 if q.when == "end" else times.size for q in wanted)
     if size < len(box.sides):
         raise ParameterError(
@@ -136,12 +137,13 @@ def identify(
         )
     added = noise * np.random.default_rng(seed).standard_normal(size)
 
-    def residuals(at: Sequence[float] | None) -> Array:
-        run = complete_run(true if at is None else box.case(at), method, step)
-        return _difference(true, run, times, wanted) - added
+    def residuals(place: Sequence[float] | None) -> Array:
+        """The residuals of the run at a place of the box, or with the known values."""
+        run = complete_run(known if place is None else box.case(place), method, step)
+        return _difference(known, run, times, wanted) - added
 
     if way == "search":
-        searched = _search(box, true, residuals, budget, progress)
+        searched = _search(box, known, residuals, budget, progress)
     else:
         searched = _by_own(method, way, residuals, len(box.sides))
     if searched.place is None or searched.cost >= FAILED:
@@ -152,7 +154,7 @@ def identify(
         step,
         tuple(dict.fromkeys(q.observable for q in wanted)),
         size,
-        _parameters(box, true, searched, residuals),
+        _parameters(box, known, searched, residuals),
         searched.cost,
         _size(residuals(None)),
         searched.runs,
@@ -162,21 +164,22 @@ def identify(
 
 def _search(
     box: Box,
-    true: Case,
+    known: Case,
     residuals: Residuals,
     budget: int,
     progress: Callable[[int, int, float], None],
 ) -> Searched:
-    """The result of a search for the smallest residuals. The true values are tried first if they
-    lie in the box."""
-    truth = [side.fraction(_true(true, side.name)) for side in box.sides]
+    """Searches the box for the smallest residuals. A place is a fraction of each side, from 0 to 1.
+    The place of the known parameter values is tried first if it lies in the box."""
+    known_place = [side.fraction(_parameter_value(known, side.name)) for side in box.sides]
+    in_box = all(0.0 <= fraction <= 1.0 for fraction in known_place)
     return lowest(
-        lambda place: min(_size(residuals(place)), FAILED),
-        len(box.sides),
-        budget,
-        FAILED,
-        lambda made, cost: progress(made, budget, cost),
-        [truth] if all(0.0 <= fraction <= 1.0 for fraction in truth) else [],
+        cost=lambda place: min(_size(residuals(place)), FAILED),
+        sides=len(box.sides),
+        budget=budget,
+        failed=FAILED,
+        progress=lambda runs, cost: progress(runs, budget, cost),
+        first=[known_place] if in_box else [],
     )
 
 
@@ -214,11 +217,13 @@ def _times(case: Case, method: Method, step: float) -> Array:
         raise ParameterError(name, step, f"one whose run can be fitted ({why})") from why
 
 
-def _difference(true: Case, run: Trajectory, times: Array, wanted: Sequence[Quantity]) -> Array:
-    """The wanted quantities of a run less those of the exact motion, divided by their scales, shape
-    (n,). They are interpolated to `times` [s]: a solver that chooses its steps has other times in
-    each run."""
-    exact, _ = exactly(Same(true.reference), run.times.tobytes())
+def _difference(
+    known: Case, run: Trajectory, times: Array, wanted: Sequence[Quantity]
+) -> Array:
+    """The wanted quantities of a run less those of the exact motion of the case `known`, divided by
+    their scales, shape (n,). They are interpolated to `times` [s]: a solver that chooses its steps
+    has other times in each run."""
+    exact, _ = exactly(Same(known.reference), run.times.tobytes())
     parts = []
     for q in wanted:
         error = (run.observables[q.observable] - exact[q.observable]) / q.scale
@@ -226,7 +231,7 @@ def _difference(true: Case, run: Trajectory, times: Array, wanted: Sequence[Quan
     return np.concatenate(parts)
 
 
-def _true(case: Case, name: str) -> float:
+def _parameter_value(case: Case, name: str) -> float:
     """The value of a parameter in a case."""
     return float(case.scene.parameters.get(name, case.system.left_out.get(name, 0.0)))
 
@@ -237,7 +242,7 @@ def _size(residuals: Array) -> float:
 
 
 def _parameters(
-    box: Box, true: Case, searched: Searched, residuals: Residuals
+    box: Box, known: Case, searched: Searched, residuals: Residuals
 ) -> tuple[Identified, ...]:
     """The parameters at the best place, with the covariance of a linear fit about it."""
     place = searched.place
@@ -256,7 +261,7 @@ def _parameters(
         identified.append(
             Identified(
                 parameter=side.name,
-                true=_true(true, side.name),
+                true=_parameter_value(known, side.name),
                 identified=side.at(place[k]),
                 low=side.low,
                 high=side.high,

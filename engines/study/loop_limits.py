@@ -42,7 +42,7 @@ class LoopSearch(RunRequest[SceneLimits]):
     step: float | None = None
 
     def made(self, scene: Scene, method: Method) -> SceneLimits:
-        """Returns the limits."""
+        """Returns the limits of the loop's hold, delay and gain."""
         return loop_limits(scene, method, self.step or REFERENCE_STEP)
 
 

@@ -45,7 +45,7 @@ class Prediction:
     nonlinearity: float  # see `Reference.nonlinearity`
     difference: float = 0.0  # largest magnitude of the measured less the predicted error
     open: float = 0.0  # largest bound on that difference that theory leaves open
-    beyond: float = 0.0  # largest excess of that difference over its bound
+    beyond: float = 0.0  # largest amount by which that difference exceeds its bound
     uncertainty: float | None = None
     """Largest response of the stepped motion to rounding; None if the response of the exact motion
     applies."""
@@ -67,7 +67,7 @@ class Controlled:
     it."""
 
     largest: float  # largest bound on the error over the samples
-    beyond: float  # largest excess of the error of a sample over its bound
+    beyond: float  # largest amount by which the error of a sample exceeds its bound
 
 
 @dataclass(frozen=True)

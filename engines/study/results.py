@@ -30,9 +30,8 @@ class Analysed:
     place: str  # "finding", "gallery", or "hard"
     system: str  # name of a system, or "engines"
     scene: str  # name of a hard scene, or ""
-    numbers: (
-        Any  # None if the analysis is left out, since runs of the study are not as expected
-    )
+    # None if the analysis is left out, since runs of the study are not as expected
+    numbers: Any
     claims: tuple[tuple[str, bool], ...] = ()
     """Checks: (why the check would fail, whether it holds). If there are no numbers: the pairs of
     scene and method whose verdicts are unexpected."""

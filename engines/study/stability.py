@@ -109,7 +109,7 @@ class StabilitySearch(RunRequest[SceneLimits]):
     by_runs: bool = True
 
     def made(self, scene: Scene, method: Method) -> SceneLimits:
-        """Returns the limits."""
+        """Returns the largest steps of the scene with the method."""
         return scene_limits(scene, method, self.by_runs)
 
 
@@ -184,8 +184,8 @@ def _limit(
     held, failed = bracket(holds, first, low, high, every)
     why = "every step that was tried holds"
     if failed is not None:
-        unstable, changed = trials.outcome(failed)
-        why = unstable or changed
+        outcome = trials.outcome(failed)
+        why = outcome.unstable or outcome.changes_kind
     return MeasuredLimit(
         kind=kind,
         predicted=None if predicted is None else predicted.step,
@@ -196,8 +196,18 @@ def _limit(
     )
 
 
-# The reasons why runs are unstable, and why their motion is of another kind; empty if they hold.
-Outcome = tuple[str, str]
+@dataclass(frozen=True)
+class TrialOutcome:
+    """The reasons for which the runs at one step fail; both are empty if the step holds."""
+
+    unstable: str = ""  # why the runs are unstable
+    changes_kind: str = ""  # why their motion is of another kind than the exact motion
+
+    @classmethod
+    def lost(cls, why: str) -> TrialOutcome:
+        """Returns the outcome of a run that fails in both ways, since it ends early or its
+        invariants are lost."""
+        return cls(why, why)
 
 
 @dataclass
@@ -208,21 +218,22 @@ class Trials:
     case: Case
     method: Method
     theory: StabilityTheory | None
-    outcomes: dict[int, Outcome] = field(default_factory=dict)
+    outcomes: dict[int, TrialOutcome] = field(default_factory=dict)
 
     def keeps_nudge_small(self, number: int) -> bool:
         """Whether a nudge stays small at a step of the grid."""
-        return not self.outcome(number)[0]
+        return not self.outcome(number).unstable
 
     def keeps_kind(self, number: int) -> bool:
         """Whether a nudge stays small and the motion stays of its kind."""
-        return not any(self.outcome(number))
+        outcome = self.outcome(number)
+        return not (outcome.unstable or outcome.changes_kind)
 
     def step(self, number: int) -> float:
         """Returns a step of the grid [s]."""
         return float(self.fastest_period * TRIAL_STEP_RATIO**number)
 
-    def outcome(self, number: int) -> Outcome:
+    def outcome(self, number: int) -> TrialOutcome:
         """Returns the outcome of runs at a step of the grid."""
         if number not in self.outcomes:
             self.outcomes[number] = self._run_outcome(self.step(number))
@@ -315,28 +326,29 @@ class Trials:
         """The kind of the exact motion."""
         return self.theory.kind_of(self.exact) if self.theory else ""
 
-    def _run_outcome(self, step: float) -> Outcome:
+    def _run_outcome(self, step: float) -> TrialOutcome:
         """Returns the outcome of runs at a step [s]."""
         steps = max(MIN_RUN_STEPS, math.ceil(MIN_RUN_PERIODS * self.fastest_period / step))
         with np.errstate(all="ignore"):  # runs that are lost overflow
-            early = self._outcome_of_steps(step, PILOT)
-            return early if early[0] else self._outcome_of_steps(step, steps)
+            early = self._outcome_of_pair(step, PILOT)
+            return early if early.unstable else self._outcome_of_pair(step, steps)
 
-    def _outcome_of_steps(self, step: float, steps: int) -> Outcome:
-        """Returns the outcome of runs of so many steps [s]."""
+    def _outcome_of_pair(self, step: float, steps: int) -> TrialOutcome:
+        """Returns the outcome of two runs with `steps` steps of `step` [s]: of the case, and of the
+        case with a nudged start."""
         run = self._run(self.case, step, steps)
         if why := _loss(run):
-            return why, why
+            return TrialOutcome.lost(why)
         beyond = {n: d for n, d in invariant_drifts(self.case, run).items() if d > BAND}
         if beyond:
             name = next(iter(beyond))
             why = f"{name.replace('_', ' ')} differs by {beyond[name]:.2g} times its scale"
-            return why, why
+            return TrialOutcome.lost(why)
         grown = self._excessive_growth(run, self._run(self.nudged, step, steps))
-        return grown, self._change_of_kind(run)
+        return TrialOutcome(unstable=grown, changes_kind=self._change_of_kind(run))
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
-        """Returns a run of `case` with so many steps [s]."""
+        """Returns a run of `case` with `steps` steps of `step` [s]."""
         return (
             engine_of(self.method).prepare(case.lasting(steps * step), self.method, step).run()
         )

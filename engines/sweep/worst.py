@@ -45,7 +45,7 @@ class Found:
     score: float  # quantity that the search maximised: the relative error by default
     error: float  # relative error of the run there; infinite if it diverged
     runs: int  # number of runs made
-    without: int  # number of runs without an error: no exact answer, or an unsupported scene
+    without: int  # number of runs whose scene has no exact answer or is unsupported: no error
     certificate: ConfirmedScore | None  # None if no other computation runs the scene
 
     @property

@@ -223,8 +223,10 @@ class AuditAdvice:
     # "uncertified": no motion is certified; "still": nothing moves; "steps": steps were compared.
     situation: Literal["uncertified", "still", "steps"]
     cheapest: tuple[tuple[float, StepChoice | None], ...] = ()  # a choice for each target [m]
-    better: StepChoice | None = None  # the choice for the largest target below the own error
-    # The choice for the smallest target that the own error reaches, if it saves computing time.
+    # The choice for the largest target below the error at the model's own step
+    better: StepChoice | None = None
+    # The choice for the smallest target that the model's own step reaches, if the choice saves
+    # computing time
     enough: StepChoice | None = None
     accurate: bool = False  # whether the error at the model's own step is below every target
     model_effects: tuple[ModelEffect, ...] = ()  # errors that no step reduces
@@ -266,8 +268,8 @@ def audit_advice(audit: Audit) -> AuditAdvice:
 
 
 def _cheaper_choice(audit: Audit, choices: Sequence[StepChoice]) -> StepChoice | None:
-    """Returns the choice for the smallest target that the own step reaches, if the choice saves
-    computing time; None if it saves none, or if the motion is not certified to its end."""
+    """Returns the choice for the smallest target that the model's own step reaches, if the choice
+    saves computing time; None if it saves none, or if the motion is not certified to its end."""
     upper_error = audit.error + audit.uncertainty
     as_accurate = [choice for choice in choices if choice.target >= upper_error]
     if not as_accurate or not audit.complete:
@@ -301,16 +303,16 @@ Trend = Literal["helps", "hardly helps", "does not help"]
 class Halving:
     """The effect of halving the model's own step on the error."""
 
-    # "diverges": no step reaches the end; "needed": the own step does not; "unresolved": the error
-    # is within what the certified motion leaves open; "single": the error is resolved at the own
-    # step alone; the others say how fast the resolved errors fall.
+    # "diverges": no step reaches the end; "needed": the model's own step does not; "unresolved":
+    # the error is within what the certified motion leaves open; "single": the error is resolved at
+    # the model's own step alone; the other values say how fast the resolved errors fall.
     outcome: Literal["diverges", "needed", "unresolved", "single"] | Trend
-    # [m] the resolved errors, at most LISTED_ERRORS, the own step first
+    # [m] the resolved errors, at most LISTED_ERRORS, the error at the model's own step first
     errors: tuple[float, ...]
     resolution: float  # [m] smallest error that the certified motion resolves
     largest_step: float | None  # [s] the largest step that reaches the end
     smallest_step: float  # [s] the smallest step that was run
-    # [m] bound on the error at half of the own step, if that error is not resolved
+    # [m] bound on the error at half of the model's own step, if that error is not resolved
     bound: float | None
 
 

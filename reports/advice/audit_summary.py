@@ -22,9 +22,8 @@ class Fix:
     """A change of integrator and step, and the number by which it divides the error."""
 
     choice: StepChoice
-    gain: (
-        float  # infinite if the model's own run diverges; below 1 if the change only saves time
-    )
+    # Infinite if the model's own run diverges; below 1 if the change only saves time
+    gain: float
 
 
 @dataclass(frozen=True)

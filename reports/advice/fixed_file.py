@@ -38,9 +38,10 @@ class FixedFile:
     audit: Audit  # the new file's audit
     until: float  # [s] time up to which the errors below are taken
     before: float  # [m] error of the file as it was
-    promised: float  # [m] error that its audit found at the integrator and step of the new file
+    # [m] error that the audit of the file as it was found at the new file's integrator and step
+    promised: float
     error: float  # [m] error that the audit of the new file found; NaN if it has no reference
-    uncertainty: float  # [m] of the certified motions of both audits together
+    uncertainty: float  # [m] sum of the uncertainties of the certified motions of both audits
 
     @property
     def kept(self) -> bool:

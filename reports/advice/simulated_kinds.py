@@ -132,12 +132,10 @@ class AdvisedSetting:
     step: float  # [s]
     error: float  # relative
     scene: str  # scene with that error
-    ns_per_second: (
-        float  # [ns] computing time of a simulated second, the median over the scenes
-    )
-    stable_below: (
-        float  # [s] smallest limit of stability on the scenes; infinite if none is known
-    )
+    # [ns] median over the scenes of the time to compute a simulated second
+    ns_per_second: float
+    # [s] smallest limit of stability on the scenes; infinite if none is known
+    stable_below: float
 
 
 FurtherRuns = tuple[Sequence[AdvisedSetting], float]

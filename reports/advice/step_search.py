@@ -264,7 +264,7 @@ def _largest_step(
         # A looser tolerance need not be the cheaper one.
         allowed = evidence.common_steps(method, ceiling)
         return min(allowed, key=partial(evidence.cost, method), default=None)
-    # The cost goes roughly as the 8th root of the tolerance.
+    # A cost is proportional to 1/step, and roughly to tolerance^(-1/8).
     resolved = RESOLVED_RATIO if method.control == "step" else RESOLVED_RATIO**8
     chosen = 0.0
     for _ in range(_MOST_BISECTIONS):

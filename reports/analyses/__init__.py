@@ -29,7 +29,7 @@ from plumbob.reports.analyses.trimming import requests as trimming_requests
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.records.page_records import ENGINES_SECTION, PAGES_OF_STUDY, SCENE
 
-SCENES_FOR_PROCESSES = 8  # number of scenes from which other processes are worth starting
+SCENES_FOR_PROCESSES = 8  # smallest number of scenes for which other processes are started
 LIMIT = 600.0  # [s] time after which one part of the analyses counts as hung
 Part = tuple[str, str]  # "system" or "scene", and its name
 

@@ -42,7 +42,7 @@ from plumbob.reports.records.page_records import (
 
 MAX_PLOTTED_PERIODS = 15  # most periods of a motion that a plot shows
 PLOT_SAMPLES = 240  # samples of a motion in a plot
-SETTINGS_FRICTION = 0.3  # friction coefficient in settings, the default of `plumbob settings`
+SETTINGS_FRICTION = 0.3  # friction coefficient in the contact settings on pages
 
 
 def study_record(study: Study, judged: Judgements) -> StudyRecord:

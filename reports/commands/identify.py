@@ -45,7 +45,7 @@ def command(chosen: argparse.Namespace) -> int:
 
         fit = identify(
             box=search_box,
-            true=true_case,
+            known=true_case,
             method=method,
             step=step,
             budget=chosen.budget or len(sides) * BUDGET,

@@ -85,7 +85,7 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:
-    """Returns a plan as plain data."""
+    """Returns the JSON data of a plan."""
     return {
         "start": plan.start,
         "goal": plan.goal,
@@ -145,7 +145,7 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
 
 
 def run_record(plan: Plan, run: PlanRun) -> dict[str, Any]:
-    """Returns an engine's run of a plan as plain data."""
+    """Returns the JSON data of an engine's run of a plan."""
     measurement = run.measurement
     return {
         "name": measurement.method,

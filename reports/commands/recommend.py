@@ -152,8 +152,8 @@ def _file_record(
     script: Script,
     evidence: StepEvidence,
 ) -> dict[str, Any]:
-    """Returns as plain data the cheapest integrator and step for an error of `target` [m], the run
-    with the model's own integrator and step, and the run with the smallest error."""
+    """Returns the JSON data of the cheapest integrator and step for an error of `target` [m], of
+    the run with the model's own integrator and step, and of the run with the smallest error."""
     from plumbob.engines.audit.step_errors import TRUSTED
     from plumbob.reports.advice.audit_advice import step_choice
     from plumbob.reports.view.audit.page import package_versions
@@ -169,7 +169,7 @@ def _file_record(
         choice["options"] = best.new_options
 
     def step_record(step: StepError) -> dict[str, Any]:
-        """Returns the integrator, the step, the error [m] and the cost of a run as plain data."""
+        """Returns the JSON data of a run: its integrator, step, error [m] and cost."""
         names = ("integrator", "step", "ns_per_second")
         return {name: getattr(step, name) for name in names} | {"error": step.at(index)}
 

@@ -91,8 +91,8 @@ def command(chosen: argparse.Namespace) -> int:
 def _certified_answer(
     chosen: argparse.Namespace, scene: Scene, method: Method, run: Measurement
 ) -> dict[str, Any] | None:
-    """Returns the certified answer of a scene and the exact one as plain data, with the run's
-    errors against both. Returns an empty dict if --certified is not chosen or the method cannot run
+    """Returns the JSON data of a scene's certified answer and exact answer, with the run's errors
+    against both. Returns an empty dict if --certified is not chosen or the method cannot run
     the scene. Returns None, after a note on stderr, if nothing of the motion is certified."""
     if not chosen.certified or run.status in ("missing", "unsupported"):
         return {}
@@ -107,7 +107,7 @@ def _certified_answer(
 def _two_answers_record(
     scene: Scene, method: Method, step: float, seconds: float
 ) -> dict[str, Any] | str:
-    """Returns the certified answer of a scene and the exact one as plain data, or the reason why no
+    """Returns the JSON data of a scene's certified answer and exact answer, or the reason why no
     answer is certified. `seconds` [s] is the budget of processor time."""
     from plumbob.engines.audit.scene_reference import scene_reference, two_answers
     from plumbob.engines.own_motion import NotCertifiable
@@ -176,7 +176,7 @@ def _file_record(
     reference: Certificate,
     run: StepError,
 ) -> dict[str, Any]:
-    """Returns a run of a model file as plain data."""
+    """Returns the JSON data of a run of a model file."""
     from plumbob.engines.audit.reference import RESOLVED
     from plumbob.engines.study.provenance import version_of
     from plumbob.reports.view.audit.page import package_versions

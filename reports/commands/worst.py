@@ -78,7 +78,7 @@ def tolerance_fraction(case: Case, method: Method, step: float) -> float:
 
 
 def _record(worst: Found) -> dict[str, Any]:
-    """Returns the worst place as plain data."""
+    """Returns the JSON data of the worst place."""
     from plumbob.reports.view.sweep.text import repeat_command as command_line
 
     parameters = {**dict(worst.box.changes), **worst.parameters}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import chain, starmap
 from typing import Any
 
 from plumbob.analytic.parameters import positive
@@ -35,13 +36,12 @@ def check(
     expect: str | None = None,
 ) -> Judgement:
     """Judges `scene` with `method` and returns the judgement; raises AssertionError if the verdict
-    is not the declared one. With `step` [s] (or relative tolerance) it judges one run; without, it
-    runs the convergence study of the quick profile, as `plumbob validate` does. If `expect` is
-    given, it replaces the declared verdict. If `within` is given, the relative error at `step`, or
-    at the finest step, must not exceed it. `changes` replaces parameters of the scene. At one step,
-    a known limit's error must lie within a factor of two of the range that its convergence study
-    spans. The error's text has the errors and the terms of their tolerances. Raises ParameterError
-    for an unknown name or a number out of range.
+    is not the declared one. With `step` [s] (or relative tolerance) it judges one run, as
+    `run_surprise` does; without, it runs the convergence study of the quick profile, as `plumbob
+    validate` does. If `expect` is given, it replaces the declared verdict. If `within` is given,
+    the relative error at `step`, or at the finest step, must not exceed it. `changes` replaces
+    parameters of the scene. The error's text has the errors and the terms of their tolerances.
+    Raises ParameterError for an unknown name or a number out of range.
 
     >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
     'predicted'
@@ -55,39 +55,40 @@ def check(
         study, judged = judged_runs(chosen_scene, chosen_method, "quick")
         judgement = judged.whole
         rows = tuple(zip(study.measurements, judged.runs, strict=True))
-        mismatch = surprise(chosen_scene, chosen_method, judgement)
+        message = surprise(chosen_scene, chosen_method, judgement)
     else:
         case = case_of(chosen_scene)
         run, _ = measure(case, chosen_method, step)
         judgement = judge(run, case.system, chosen_method, case.system.quantities(case))
         rows = ((run, judgement),)
-        mismatch = run_surprise(chosen_scene, chosen_method, judgement)
+        message = run_surprise(chosen_scene, chosen_method, judgement)
+    expectation = expected(chosen_scene.name, chosen_method.name)
     if within is not None:
         judgement = require_accuracy(judgement, within)
-        mismatch = INACCURATE if judgement.verdict == "inaccurate" else mismatch
-    expectation = expected(chosen_scene.name, chosen_method.name)
-    accuracy_met = within is not None and bool(judgement.errors)
-    if not accuracy_met and _claims_nothing(judgement, expectation):
-        mismatch = f"{judgement.verdict}, expected {expectation.verdict}"
     if expect is not None:
-        met = judgement.verdict == present(expect)
-        mismatch = "" if met else f"{judgement.verdict}, expected {expect}"
-    if not mismatch:
+        message = f"{judgement.verdict}, expected {expect}"
+        if judgement.verdict == present(expect):
+            message = ""
+    elif judgement.verdict == "inaccurate":
+        message = INACCURATE
+    elif within is None or not judgement.errors:
+        message = _no_proof(judgement, expectation) or message
+    if not message:
         return judgement
     reason = judgement.reason or expectation.reason or "within tolerance"
     at_step = "" if step is None else f" at {step:g}"
-    pair = f"{chosen_scene.name} with {chosen_method.name}"
-    lines = [f"{pair}{at_step}: {mismatch} ({reason})"]
-    for run, run_judgement in rows:
-        lines += _run_lines(run, run_judgement)
-    raise AssertionError("\n".join(lines))
+    heading = f"{chosen_scene.name} with {chosen_method.name}{at_step}: {message} ({reason})"
+    raise AssertionError("\n".join(chain([heading], *starmap(_run_lines, rows))))
 
 
-def _claims_nothing(judgement: Judgement, expectation: Expectation) -> bool:
-    """Whether a verdict claims nothing, and is not expected. A step outside the asymptotic range
-    and a missing engine claim nothing: a test that they cannot fail would claim nothing either."""
-    nothing = judgement.verdict in ("pre-asymptotic", "missing")
-    return nothing and not expectation.allows(judgement)
+def _no_proof(judgement: Judgement, expectation: Expectation) -> str:
+    """Message if a verdict proves nothing about the engine and is not a declared one; else empty.
+    `surprise` lets a step outside the asymptotic range and a missing engine pass. A user's test
+    must not: if it passed without the engine, it would prove nothing either."""
+    proves_nothing = judgement.verdict in ("pre-asymptotic", "missing")
+    if not proves_nothing or expectation.allows(judgement):
+        return ""
+    return f"{judgement.verdict}, expected {expectation.verdict}"
 
 
 def judged_runs(

@@ -37,7 +37,7 @@ MODEL_FRACTIONS = (
     ("capsule-line/w1-threshold*", 0.5),  # the body moves by 1.3 nm in all
     ("capsule-turn/held*", 0.2),  # friction holds the body for most of the turn
     ("capsule-turn/pivot*", 5e-3),  # a support sticks while the body pivots about it
-    ("capsule-turn/thousand", 0.3),  # bounds of a thousand turns add up, over one radian
+    ("capsule-turn/thousand", 0.3),  # bounds of a thousand turns add up, in one radian
     # Plans have many short manoeuvres, and a profile runs them at coarse steps alone. The body of
     # heavy-slider weighs a thousandth of its slider.
     ("capsule-plan/near-free", 0.015),

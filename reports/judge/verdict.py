@@ -49,7 +49,7 @@ NO_STEP_FITS = "no step of the scene's step sizes fits"
 LINEAR_RANGE = 0.5
 # Predicted error relative to the motion, from which a step counts as unstable.
 UNSTABLE_RATIO = 10.0
-PLATEAU_RATIO = 0.7  # error at the smallest of four steps over the error at the largest step
+PLATEAU_RATIO = 0.7  # ratio of the error at the smallest of four steps to that at the largest
 LEAVES_OUT = "the run leaves out"
 ERROR_THEORY = "theory of its error"
 # Error relative to the round-off level, below which smaller steps need not reduce the error.

@@ -70,7 +70,7 @@ def difference_record(compared: ComparedMotions) -> dict[str, Any]:
 
 
 def _steps_record(steps: CheckedSteps) -> dict[str, Any]:
-    """Returns the steps of a recording as plain data."""
+    """Returns the JSON data of a recording's checked steps."""
     return {
         "law": steps.law,
         "checked": steps.checked,
@@ -91,7 +91,7 @@ def _steps_record(steps: CheckedSteps) -> dict[str, Any]:
 
 
 def _finding_record(finding: StepFinding) -> dict[str, Any]:
-    """Returns a step that is not the model's as plain data."""
+    """Returns the JSON data of a finding: a recorded step that the model does not take."""
     names = ("begin", "end", "place", "left", "allowed", "unit", "excess")
     return {
         "row": finding.interval,
@@ -103,7 +103,7 @@ def _finding_record(finding: StepFinding) -> dict[str, Any]:
 
 
 def _difference_record(difference: MotionDifference | None) -> dict[str, Any] | None:
-    """Returns the difference of two recordings as plain data; None if there is one recording."""
+    """Returns the JSON data of the difference of two recordings; None if there is one recording."""
     if difference is None:
         return None
     return {

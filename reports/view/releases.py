@@ -26,7 +26,7 @@ class ReleaseRow:
 
     subject: str  # names of a scene and a method, or the path of a model file
     cells: tuple[str, ...]  # error with each release, as text
-    costs: tuple[float | None, ...]  # time of a step over the time of a reference step
+    costs: tuple[float | None, ...]  # ratios of a step's time to a reference step's time
 
 
 def release_rows(releases: Sequence[Release]) -> list[ReleaseRow]:

@@ -159,10 +159,10 @@ def _texts() -> Environment:
         "shortest": notation.shortest,  # 0.3: a parameter, or several
         "step": notation.step,  # 1e-4 s, or rtol 1e-9
         "seconds": notation.seconds,  # 12 ms
-        "milliseconds": notation.milliseconds,  # 7.77, of ns
+        "milliseconds": notation.milliseconds,  # 7.77 for 7.77e6 ns
         "metres": notation.metres,  # 1.2 mm, two digits
         "factor": notation.factor,  # 9.8, 110, 80,000
-        "real_time_factor": notation.real_time_factor,  # 123, of ns for a simulated second
+        "real_time_factor": notation.real_time_factor,  # 123 for 8.13e6 ns a second
         "times_real": notation.times_real,  # 123×
         "in_cell": lambda text: BAR.sub(r"\\|", text),  # bars escaped, so that they end no cell
         "plural": notation.plural,  # 3 feet

@@ -15,7 +15,12 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.difference.port_repetitions import port_repetitions
-from plumbob.engines.difference.repetitions import Repeater, held, recorded_run, start_of
+from plumbob.engines.difference.repetitions import (
+    Repeater,
+    compared_with_band,
+    recorded_run,
+    start_of,
+)
 from plumbob.engines.own_motion import ModelVariation
 from plumbob.reports.cli import main
 
@@ -152,4 +157,4 @@ def test_a_port_in_single_precision_is_within_its_rounding_alone_and_in_a_batch(
     assert alone.steps.checked == len(once.start.controls)
     states = once.recording.states.copy()
     states[1:] += alone.end
-    assert held(once.band, "moved", "port", states).verdict == "beyond"
+    assert compared_with_band(once.band, "moved", "port", states).verdict == "beyond"

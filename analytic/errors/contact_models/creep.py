@@ -23,11 +23,12 @@ from plumbob.analytic.errors.contact_models.soft_friction import depth_under, im
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftPoint
 
-# Each iteration replaces the resistance by force over speed, which lowers a convex energy; contacts
-# near their limits need the most.
+# Each iteration replaces the resistance by the ratio of force to speed, which lowers a convex
+# energy. Contacts near their limits need the most iterations.
 MOST_CREEP_ITERATIONS = 2000
 UNCHANGED = 1e-9  # relative change of all velocities that ends the iterations
-# [m/s] speed below which force over speed is that of rest: far below every creep of interest
+# [m/s] speed below which the ratio of force to speed is that of rest: far below every creep of
+# interest
 NO_SPEED = 1e-15
 # [s] time over which normal forces, springs and servos resist a creep. Rigid ones would lock
 # fingers whose faces are not parallel; in truth their forces change little in this time. Between

@@ -21,7 +21,7 @@ ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
 SPRING_PHASE_PER_STEP = 0.4  # angular frequency of the spring times the step
 CONTACT_DAMPING_RATIO = 0.3  # damping ratio of the contact
 MODEL_FRICTION = 1.0  # coefficient of friction in the models
-# softness of friction over the inverse mass, which follows from MuJoCo's impedance and impratio
+# Ratio of friction's softness to the inverse mass. It follows from MuJoCo's impedance and impratio.
 FRICTION_SOFTNESS = 9.999e-6
 # Multiple of the input uncertainty that rounding in steps may reach. Calibrated: half of it is used
 # (test_rolling_disc.py).
@@ -88,7 +88,7 @@ def _rates_after_contact(
     mobility = np.eye(6)
     mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
     normal_impulse = _normal_force(step, lowest, (contact @ rates)[2]) * step
-    torques = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
+    torques = step * square * np.array(moments(held=0.0, pull=0.0, q=angles, v=rates[3:]))
     free_impulses = np.array([0.0, 0.0, -disc.gravity * step, *torques])
     rates = rates + mobility @ (free_impulses + contact[2] * normal_impulse)
     inverse_mass = tangents @ mobility @ tangents.T + FRICTION_SOFTNESS * np.eye(2)

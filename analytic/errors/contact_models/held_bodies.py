@@ -25,10 +25,11 @@ from plumbob.analytic.systems.stack import Stack
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
 FACE_CORNERS = 4  # corners of a face; they carry equal loads because the face does not turn
-# Chosen: largest depth over the edge. From 0.5 on, contacts push the cube through.
+# Chosen: largest ratio of a contact's depth to the cube's edge. From 0.5 on, contacts push the cube
+# through.
 LARGEST_RELATIVE_DEPTH = 0.4
 FINGERS = 2
-FINGERTIP_RADIUS = 0.2  # chosen: radius of a fingertip over the cube's edge
+FINGERTIP_RADIUS = 0.2  # chosen: ratio of a fingertip's radius to the cube's edge
 
 
 def corners(stack: Stack) -> list[HeldContact]:

@@ -37,7 +37,8 @@ SMALLEST_RESTITUTION = 0.01
 # fraction of a penetration left after 1 s: pymunk's default
 PENETRATION_LEFT = 0.899999976158142**60
 SOLVER_ITERATIONS = 50  # solver iterations of pymunk for the two impulses of an impact
-ALLOWED_PENETRATION = 1e-4  # penetration over the initial height that pymunk leaves
+# Penetration that pymunk leaves, as a fraction of the initial height
+ALLOWED_PENETRATION = 1e-4
 # relative change of the inputs that changes a run as much as the rounding of its steps does
 ROUNDING_AS_CHANGE = 2.0 * ULP
 

@@ -20,7 +20,7 @@ from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal_differences
 
-# radius of a rod's end over its length in pymunk: contacts begin at this distance
+# Ratio of the radius of a rod's end to the rod's length in pymunk: contacts begin at this radius.
 ROD_END_RADIUS = 1e-12
 # calibrated: amplification of rounding by an impact; a fifth of it is used
 IMPACT_AMPLIFICATION = 1e3

@@ -240,7 +240,7 @@ def _angle_by_sideways_slip(
     capsule = motion.capsule
     speeds = np.abs(motion.velocity)
     largest_speed = speeds.max() or math.inf
-    time_to_largest_speed = motion.times[speeds.argmax()]  # largest speed over b
+    time_to_largest_speed = motion.times[speeds.argmax()]  # ratio of the largest speed to b
     sliding_time = np.trapezoid(speeds > 0.0, motion.times)
     turn_of_slip = sideways_speed * float(time_to_largest_speed * sliding_time) / largest_speed
     force = capsule.friction * capsule.weight

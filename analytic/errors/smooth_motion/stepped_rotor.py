@@ -240,7 +240,7 @@ class _Joint:
     """The step of a bob that a joint holds (module docstring)."""
 
     acceleration: Callable[..., StateParts] | None  # damping and forcing, without the weight
-    lag: float  # [steps] time in a step at which the forcing is read
+    lag: float  # fraction of a step after which the forcing is read
     weight: Any  # g/L [1/s^2]
     step: Any  # h [s]
     kept: Any  # 1 - k

@@ -84,7 +84,7 @@ def system_step(
         return None
 
     def acceleration(time: Any, q: StateParts, v: StateParts) -> StateParts:
-        """Returns q''."""
+        """Returns the accelerations q'' of the system with its values."""
         return system.acceleration(time, q, v, values)
 
     equations = Equations(acceleration, len(system.rates), implicit_at_end)

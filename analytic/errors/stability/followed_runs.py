@@ -70,8 +70,8 @@ def long_run_by_series(
 def _extrapolated_run(times: Array, relative_error: Array, exponent: float) -> LongRun:
     """Returns the kind and rate of growth of an error, and the times at which it reaches LEVELS.
 
-    `relative_error` is the error over its scale at `times` [s], both of shape (n,). `exponent`
-    [1/s] is the rate of a chaotic motion, else 0.
+    `relative_error` is the ratio of the error to its scale at `times` [s], both of shape (n,).
+    `exponent` [1/s] is the rate of a chaotic motion, else 0.
     """
     count = len(relative_error)
     until = float(times[-1])

@@ -80,7 +80,7 @@ class PeriodicMotion:
         return error
 
     def _energy_rate(self, scheme: Scheme, step: float) -> float:
-        """Returns the mean rate of the energy over the largest kinetic energy [1/s]."""
+        """Returns the ratio of the energy's mean rate to the largest kinetic energy [1/s]."""
         coefficients = self.errors.energy_drift_rate(self.period, scheme).items()
         energy_rate = sum(coefficient * step**power for power, coefficient in coefficients)
         return energy_rate / kinetic_energy(self.errors.exact, self.period)

@@ -161,7 +161,7 @@ class PendulumStability:
         return SETTLING_TIME_CONSTANTS / max(least_damping, IMAGINARY_STEP)
 
     def energy(self, observed: Signals) -> Array:
-        """Returns the energy over the largest kinetic energy of the exact motion, see
+        """Returns the ratio of the energy to the largest kinetic energy of the exact motion, see
         `StabilityTheory`."""
         scale = kinetic_energy(self.exact, self._span)
         return self.rotor.energy(observed["theta"], observed["theta_dot"]) / scale
@@ -207,11 +207,14 @@ class PendulumStability:
         return tuple(limits)
 
     def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        """Returns the limits of a scheme by trial steps."""
+        """Returns the limits of a scheme on any motion: steps of many sizes are tried, and the
+        growth of a nudge and the kind of the stepped motion show which of them hold."""
         scales = [1.0, self.rate]
         if scheme.joint_closing_rate is not None:
             # the speed of a jointed bob is a further part of the state
             scales.append(self.rate)
+        # A run shows its kind in two periods or, without a period, in the time span of the orbit.
+        spans = 2.0 if math.isfinite(self.period) else 1.0
         motion = SteppedMotion(
             begin=partial(many_steps, self.rotor, self.start, scheme),
             names=ANGLE_AND_RATE,
@@ -220,7 +223,7 @@ class PendulumStability:
             growth=self.growth,
             kind_of=self.kind_of,
             kind=self.kind,
-            window=self._span * (2.0 if math.isfinite(self.period) else 1.0),
+            window=self._span * spans,
         )
         return limits_by_steps(motion)
 
@@ -243,7 +246,7 @@ def pendulum_stability(
         return {**observed, "theta": observed["theta"] + tilt}
 
     def energy(observed: Signals) -> Array:
-        """Returns the energy over its scale."""
+        """Returns the ratio of the energy to its scale."""
         return theory.energy(with_rotor_angle(observed))
 
     return StabilityTheory(

@@ -75,8 +75,8 @@ class SteppedMotion:
         return advance, state
 
     def size(self, state: StateParts) -> Array:
-        """Returns the size of the nudge in a state over its size at the start, shape (n,); infinite
-        for diverged runs."""
+        """Returns the ratio of the nudge's size in a state to its size at the start, shape (n,);
+        infinite for diverged runs."""
         parts = zip(self.names, state, self.scales, strict=False)
         square = sum((part.imag / IMAGINARY_STEP / scale) ** 2 for _, part, scale in parts)
         return np.where(self.lost(state), np.inf, np.sqrt(square / len(self.names)))

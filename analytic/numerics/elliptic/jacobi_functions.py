@@ -1,4 +1,4 @@
-"""Jacobi's functions sn, cn, dn of A tau with the modulus m = 1 - B^2/A^2, and their inverse.
+"""Jacobi's functions sn, cn, dn of A tau, parameter m = 1 - B^2/A^2, and their inverse.
 
 0 <= B <= A. Each function has full relative accuracy, for B down to 0. `scipy.special.ellipj`
 takes m alone and loses digits of the period if 1 - m < 1e-10; A and B keep these digits. The angle

@@ -6,7 +6,7 @@ A Course of Modern Analysis, 20.6, example 2):
 
     w = [-w'_0 P' + 2 A3 (P - A2/2) + A1 A4]/[2 (P - A2/2)^2 - A0 A4/2].
 
-P follows from Jacobi's functions of A t, modulus 1 - B^2/A^2 (DLMF 23.6). Sudakov 2015 gives
+P follows from Jacobi's functions of A t, parameter 1 - B^2/A^2 (DLMF 23.6). Sudakov 2015 gives
 the integral (16) and says that no special function inverts it; P does. All numbers have 34 digits,
 some of which are lost in differences. Close to a separatrix, too many would be lost in A and B. In
 this case the energy above the saddle enters the cubic of P as a factor, and the period keeps its
@@ -84,7 +84,8 @@ class _Weierstrass:
         return half_turn(self.a, self.b) * choose(self.real, 1.0, 2.0)
 
     def at(self, times: Quad) -> _Point:
-        """Returns P and P' at `times` [s] within half a period."""
+        """Returns Weierstrass' function P and its derivative P' at `times` [s] within half a
+        period."""
         sn, cn, dn = jacobi(times, self.a, self.b)
         s = sn / self.a
         r = choose_lazily(self.real, lambda: s * s, lambda: (1 - cn) * (2 / self.a**2))
@@ -442,7 +443,8 @@ def _potential_drop(
 
 
 def _height(potential: TrigonometricPotential, crest: Quad, x: Quad) -> Quad:
-    """Returns V(crest) - V(crest + x) without a difference of two potentials."""
+    """Returns the height of the potential's crest above its value at crest + x, without a
+    difference of two potentials."""
     fourth, third, second, _ = _potential_drop(potential, crest)
     sine = np.sin(x / 2)
     cosine = np.cos(x / 2)

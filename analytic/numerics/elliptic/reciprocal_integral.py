@@ -32,8 +32,8 @@ _LONGEST_PHASE = 350.0  # A tau at which sech^2 is close to the smallest double
 
 @dataclass(frozen=True)
 class ReciprocalIntegral:
-    """Integral over tau [s] from 0 of 1/(1 + f dn) - 1/(1 + f), with dn of A tau and the modulus
-    1 - B^2/A^2. All numbers have 34 digits."""
+    """The integral of 1/(1 + f dn) - 1/(1 + f) over tau [s] from 0. Here dn is Jacobi's function of
+    A tau with the parameter 1 - B^2/A^2; A is `a`, B is `b`. All numbers have 34 digits."""
 
     a: Quad  # A > 0 [1/s]
     b: Quad  # B [1/s], 0 <= B <= A
@@ -61,7 +61,8 @@ class ReciprocalIntegral:
 
     @property
     def over_half_turn(self) -> Quad:
-        """The integral [s] over a half turn, which is a period of dn, to 34 digits; for B > 0.
+        """The integral of the class [s] over a half turn, which is one period of dn, to 34 digits.
+        `b` must be above 0: at 0 a half turn takes for ever.
 
         The trapezoidal rule converges geometrically.
         """

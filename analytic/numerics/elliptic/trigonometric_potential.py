@@ -23,7 +23,7 @@ class TrigonometricPotential:
     c: Any
 
     def value(self, theta: Any) -> Any:
-        """Returns V(theta) [J]."""
+        """Returns the potential V(theta) [J]."""
         sine = np.sin(theta)
         cosine = np.cos(theta)
         return -(self.a * sine + self.b) * sine - self.c * cosine

@@ -36,7 +36,7 @@ def linear_motion(
     start = start[:size, None, None]
     time = quad(np.ravel(times).astype(float)) / quad(2.0**doublings)
     matrix = quad(_matrix(rotor)[:size, :size])
-    powers = [quad(np.eye(size))]  # powers of the matrix over factorials
+    powers = [quad(np.eye(size))]  # power n of the matrix, divided by n!
     for n in range(1, SERIES_TERMS + 1):
         powers.append(_product(matrix, powers[-1]) / n)
     flow = quad(0.0)

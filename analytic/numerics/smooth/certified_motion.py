@@ -44,7 +44,7 @@ RESOLVED_COEFFICIENT = 1e-15
 # coefficients from this degree on decide whether a step may double
 FIRST_HIGH_DEGREE = 2 * CERTIFIED_STAGES // 3
 MAX_STEP_TIME_CONSTANTS = 4.0  # longest step, in time constants of the fastest deviation
-SMALLEST_STEP_RATIO = 2.0**-24  # smallest step over the first step
+SMALLEST_STEP_RATIO = 2.0**-24  # ratio of the smallest step to the first step
 SIGMAS = 3.0  # standard deviations of the random walk that the steps' differences make
 CERTIFIED_UNCERTAINTY = 1e-3  # largest relative uncertainty of a certified motion
 

@@ -172,8 +172,9 @@ def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
 
 
 def condition_number(manoeuvre: LineManoeuvre) -> float:
-    """Returns the relative change of the displacement (eq. 22) over the largest relative change of
-    M, m, f, g, w1, w2 and t1. It grows as f g/(mu w1 - f g) when w1 approaches its lower bound."""
+    """Returns the ratio of the displacement's relative change (eq. 22) to the largest relative
+    change of M, m, f, g, w1, w2 and t1. It grows as f g/(mu w1 - f g) when w1 approaches its lower
+    bound."""
     capsule = manoeuvre.capsule
     closed = manoeuvre.closed
     mu = capsule.mass_ratio

@@ -228,7 +228,7 @@ class LineMotion(LinearResponse):
         bounds on rounding."""
         capsule = self.single.capsule
         magnitudes = list[Phase]()
-        state = Phase(0.0, 0.0, 0.0, 0.0)
+        state = Phase(start=0.0, stroke=0.0, stroke_rate=0.0, pull=0.0)
         for phase in self.phases:
             pull = abs(phase.pull)
             acceleration = capsule.mass_ratio * pull + capsule.friction * capsule.gravity

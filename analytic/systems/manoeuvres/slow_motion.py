@@ -53,7 +53,7 @@ class SlowStroke(SingleMotion, LineMotion):
     def phases(self) -> tuple[Phase, ...]:
         """The two halves of each way, and rest. The body does not move."""
         senses = (1.0, -1.0, -1.0, 1.0, 0.0) if self.there_and_back else (1.0, -1.0, 0.0)
-        state = Phase(0.0, 0.0, 0.0, 0.0)
+        state = Phase(start=0.0, stroke=0.0, stroke_rate=0.0, pull=0.0)
         phases = list[Phase]()
         for sense in senses:
             state = state._replace(pull=sense * math.copysign(self.acceleration, self.length))

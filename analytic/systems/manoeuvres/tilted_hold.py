@@ -41,7 +41,9 @@ class TiltedHold(SingleMotion, LineMotion):
     sliding_time: ClassVar[float] = 0.0
     start: ClassVar[float] = 0.0
     stroke: ClassVar[float] = 0.0
-    phases: ClassVar[tuple[Phase, ...]] = (Phase(0.0, 0.0, 0.0, 0.0),)
+    phases: ClassVar[tuple[Phase, ...]] = (
+        Phase(start=0.0, stroke=0.0, stroke_rate=0.0, pull=0.0),
+    )
 
     def __post_init__(self) -> None:
         tilt_angle(self.capsule, self.fraction)

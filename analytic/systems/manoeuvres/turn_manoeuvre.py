@@ -88,23 +88,23 @@ class TurnManoeuvre:
 
     @property
     def inertia(self) -> float:
-        """J + mu M a^2 [kg m^2], the moment of inertia of body and slider about their combined
-        centre (eqs. 23, 25)."""
+        """The moment of inertia of body and slider about their combined centre, J + mu M a^2 [kg
+        m^2] (eqs. 23, 25)."""
         return self.capsule.inertia + self._slider_inertia
 
     @property
     def inertia_ratio(self) -> float:
-        """mu_1 = mu M a^2/(J + mu M a^2) (eq. 25)."""
+        """The slider's part of `inertia`, mu_1 = mu M a^2/(J + mu M a^2) (eq. 25)."""
         return self._slider_inertia / self.inertia
 
     @property
     def _slider_inertia(self) -> float:
-        """mu M a^2 [kg m^2]."""
+        """The slider's term in `inertia`, mu M a^2 [kg m^2]."""
         return self.capsule.mass_ratio * self.capsule.body_mass * self.radius**2
 
     @property
     def friction_bound(self) -> float:
-        """R_0 [rad/s^2], a bound on the angular acceleration that friction can cause (eq. 28)."""
+        """A bound on the angular acceleration that friction can cause, R_0 [rad/s^2] (eq. 28)."""
         return self.capsule.friction * self._unit_friction_bound
 
     @property
@@ -117,14 +117,14 @@ class TurnManoeuvre:
 
     @property
     def _unit_friction_bound(self) -> float:
-        """R_0 over the friction coefficient [rad/s^2]."""
+        """The friction bound R_0 divided by the friction coefficient [rad/s^2]."""
         arm = max(math.hypot(*point) for point in self.capsule.supports)
         reach = arm + self.capsule.mass_ratio * self.radius
         return reach * self.capsule.weight / self.inertia
 
     @property
     def characteristic_time(self) -> float:
-        """T = R_0^(-1/2) [s] (eq. 28); infinite without friction."""
+        """The time scale of friction, T = R_0^(-1/2) [s] (eq. 28); infinite without friction."""
         bound = self.friction_bound
         return 1.0 / math.sqrt(bound) if bound > 0.0 else math.inf
 

@@ -22,7 +22,8 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 
-NEAREST_PART = 1e-6  # smallest distance from a separatrix over the energy range of a branch
+# Smallest distance from a separatrix, as a fraction of the energy range of a branch
+NEAREST_PART = 1e-6
 
 
 @dataclass(frozen=True)

@@ -83,9 +83,10 @@ class PendulumMotion:
     def _solve(self, change: float) -> EllipticMotion:
         """Returns the closed form of the motion if the `change` is 0, else of changed motions.
 
-        In each of these motions one input has a relative `change`: a, b, c, the inertia, the angle,
-        or the speed (or excess). Inputs that are zero are left out. The change of a is `cancelled`
-        times as large, the change of the inertia `inertia_roundings` times.
+        In each of these motions one input has a relative `change`: a, b, c, the inertia, the number
+        that gives the start's angle (`theta_from_top`, or else `theta`), or the number that gives
+        its speed (`excess`, or else `theta_dot`). Inputs that are zero are left out. The change of
+        a is `cancelled` times as large, the change of the inertia `inertia_roundings` times.
         """
         v = self.potential
         angle = self.theta if self.theta_from_top is None else self.theta_from_top
@@ -103,17 +104,22 @@ class PendulumMotion:
     def _closed_form_for(
         self, a: Quad, b: Quad, c: Quad, inertia: Quad, angle: Quad, speed: Quad
     ) -> EllipticMotion:
-        """Returns the closed form for a, b, c, the inertia, the angle (or the angle from the top),
-        and the speed (or the excess)."""
-        from_top = self.theta_from_top is not None
-        by_excess = self.excess is not None
+        """Returns the closed form for a potential with the coefficients a, b and c, an inertia, and
+        a start. `angle` stands for `theta_from_top` if that is given, else for `theta`; `speed`
+        stands for `excess` if that is given, else for `theta_dot`."""
+        theta, theta_from_top = angle, None
+        if self.theta_from_top is not None:
+            theta, theta_from_top = self.theta, angle
+        theta_dot, excess = speed, None
+        if self.excess is not None:
+            theta_dot, excess = self.theta_dot, speed
         return solve(
             TrigonometricPotential(a, b, c),
             inertia,
-            theta=self.theta if from_top else angle,
-            theta_dot=self.theta_dot if by_excess else speed,
-            excess=speed if by_excess else None,
-            theta_from_top=angle if from_top else None,
+            theta=theta,
+            theta_dot=theta_dot,
+            excess=excess,
+            theta_from_top=theta_from_top,
         )
 
     @cached_property

@@ -22,7 +22,7 @@ STROKE_PLACES = (0.0, 0.5, 1.0)
 def line_time(track: Track, displacement: complex) -> float:
     """Returns the estimated time [s] of lines with slow returns that move the body by
     `displacement` [m], in body axes: strokes of the largest length and one for the remainder. The
-    time of a stroke goes as the square root of its length."""
+    time of a stroke is proportional to the square root of its length."""
     unit = track.unit_line
     total = 0.0
     for rail, distance in track.legs(displacement)[0]:

@@ -40,7 +40,8 @@ from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, PlanLimits
 CIRCLE_PLACES = tuple(k / 24 for k in range(24))
 # places at which it may begin on an arc, as fractions of the free length
 ARC_PLACES = (0.0, 0.5, 1.0)
-LEAST_LOAD = 0.1  # smallest load of a support on a rail, over its load with the slider at C
+# Smallest ratio of the load of a support on a rail to its load with the slider at C
+LEAST_LOAD = 0.1
 
 SupportPair = tuple[int, int]
 """The two supports (1, 2 or 3) towards which the curve's segments lie, in the order along the

@@ -25,13 +25,15 @@ from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits,
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 
-WAIT_FACTOR = 1.1  # wait after a turn over the time of the residual motion
+WAIT_FACTOR = 1.1  # ratio of the wait after a turn to the time of the residual motion
 SURVEY_TURNS = 8  # number of turns that are computed for the estimates
-# slider's angle in the smallest of these turns over that in the largest
+# Ratio of the slider's angle in the smallest surveyed turn to its angle in the largest
 SMALLEST_TURN_RATIO = 1 / 24
-# Assumed heading of the largest turn over its surveyed value: it depends on where the turn begins.
+# Assumed ratio of the heading of the largest turn to its surveyed value. The heading depends on
+# where the turn begins.
 HEADING_MARGIN = 0.98
-LARGEST_OVER_ESTIMATE = 1.1  # largest angle of the slider in an exact turn over its estimate
+# Largest ratio of the slider's angle in an exact turn to its estimate
+LARGEST_OVER_ESTIMATE = 1.1
 EXTRA_COUNTS = 15  # numbers of turns that are tried beyond the smallest
 ANGLE_TOLERANCE = 1e-14  # relative accuracy of the slider's angle in an exact turn
 

@@ -55,7 +55,7 @@ MAX_EVENTS = 500  # largest number of events in one piece of the path
 # The difference from a second, less accurate motion gives the error: the factor on the tolerance of
 # that motion, and the number of nodes by which it has fewer.
 COARSER_TOLERANCE, COARSER_NODES = 100.0, 6
-# first delay after which a slip that grows from zero is examined, over the horizon
+# First delay after which a slip that grows from zero is examined, as a fraction of the horizon
 FIRST_DELAY = 1e-6
 
 

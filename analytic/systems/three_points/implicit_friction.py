@@ -31,7 +31,7 @@ LAST_STEP = 2e-15  # size of the step that ends Newton's method, relative to the
 FACTOR_GAP = 1e-9
 GAP_PART = 0.9  # part of the gap by which the lower bound of a load factor is raised
 SMALLEST_NEWTON_PART = 1e-16  # smallest part of a Newton step
-# relative excess of a force over its friction limit at which a support still sticks
+# Largest relative amount by which a force exceeds its friction limit while a support still sticks
 EXCESS_ROUNDING = 1e-12
 
 # velocity of the body's point at the combined centre [m/s], and angular velocity [rad/s]
@@ -182,7 +182,8 @@ def load_factor(
             return math.inf, (-1j * moment * arm, moment)
         if largest_moment:
             lower = max(lower, 0.5 * abs(moment) / largest_moment)
-    # Under the wrench over the lower bound the body moves, and its velocities give a larger bound.
+    # Under the wrench divided by the lower bound the body moves, and its velocities give a larger
+    # bound.
     pull = slip
     while factor == 0.0 or factor - lower > FACTOR_GAP * factor:
         lower += GAP_PART * max(factor - lower, 0.0)

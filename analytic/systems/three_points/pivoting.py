@@ -28,10 +28,11 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 
 EVENT_SAMPLES = 129  # places in an element at which events are searched as changes of sign
 MAX_PIVOT_ELEMENTS = 2000  # largest number of elements in one piece
-# smallest unbalanced part of the moments as a pivot starts, over their size
+# Smallest unbalanced part of the moments as a pivot starts, as a fraction of their size
 UNBALANCED_MOMENT = 1e-3
-OMEGA_ROUNDING = 1e-15  # rounding of omega over the largest change of omega by friction
-SHORTEST_PART = 1e-13  # shortest first element of a pivot, over the remaining time of the piece
+OMEGA_ROUNDING = 1e-15  # ratio of omega's rounding to the largest change of omega by friction
+# Shortest first element of a pivot, as a fraction of the remaining time of the piece
+SHORTEST_PART = 1e-13
 
 
 Ending = Literal["time", "stop", "slip"]

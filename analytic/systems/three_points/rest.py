@@ -25,7 +25,8 @@ from plumbob.analytic.systems.three_points.equations import (
 )
 from plumbob.analytic.systems.three_points.implicit_friction import load_factor, surely_sticks
 
-LIMIT_ROUNDING = 1e-12  # relative excess over the friction limit at which the body still sticks
+# Relative excess of a load over the friction limit at which the body still sticks
+LIMIT_ROUNDING = 1e-12
 # times in a rest at which the load is examined, to bracket the end of the rest
 LOAD_SAMPLES = 65
 

@@ -42,21 +42,23 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     state_at,
 )
 
-STUCK = 2e-14  # speed of a support that is round-off, over speed_scale
-STOPPED = 1e-12  # speed of a whole body that is round-off, over its largest in this piece
-# smallest unbalanced part of the forces as a slide starts, over their size
+STUCK = 2e-14  # ratio of a support's speed to `speed_scale` below which the speed is round-off
+# Ratio of a whole body's speed to its largest in this piece below which the speed is round-off
+STOPPED = 1e-12
+# Smallest unbalanced part of the forces as a slide starts, as a fraction of their size
 UNBALANCED_FORCE = 1e-3
 STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
-SHORTEST_ELEMENT = 1e-14  # length of the shortest element over its time scale
+SHORTEST_ELEMENT = 1e-14  # ratio of the shortest element's length to its time scale
 # lower bound on the truncation error, which bounds an element's growth
 LEAST_TRUNCATION = 1e-18
 # smallest and largest factor on an element that has to be shortened
 SHORTENING_FACTORS = (0.2, 0.9)
 FIRST_SIGMA = 2.0  # first length in sigma: e-folds of the speed that changes fastest
 NEAR_POLE = 3.0  # largest distance from a zero of v_i, in time scales, for a run in sigma
-# longest time scale over the time in which the slowest change stops a support
+# Largest ratio of the time scale to the time in which the slowest change stops a support
 MAX_TIME_SCALE_RATIO = 4.0
-END_SPEED = 0.3  # smallest speed at the end of an element over the speed that counts as stuck
+# Smallest ratio of the speed at the end of an element to the speed that counts as stuck
+END_SPEED = 0.3
 MAX_SLIDE_ELEMENTS = 2000  # largest number of elements in one piece
 
 # A function that returns approximate states, shape (n, 3). Its arguments are the times since the

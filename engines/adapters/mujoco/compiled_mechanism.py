@@ -145,9 +145,12 @@ def _loops(model: Any) -> Iterator[Loop]:
 
 def _loop_of_bodies(model: Any, number: int, kind: LoopKind) -> Loop:
     """The record of an equality constraint between two bodies."""
-    first, second = np.array(model.eq_data[number, :3]), np.array(model.eq_data[number, 3:6])
-    # MuJoCo writes the point of a connect's first body first, and of a weld's second body.
-    places = (first, second) if kind == "connect" else (second, first)
+    point, other_point = (
+        np.array(model.eq_data[number, :3]),
+        np.array(model.eq_data[number, 3:6]),
+    )
+    # The first point in eq_data is on the first body of a connect, but on the second of a weld.
+    places = (point, other_point) if kind == "connect" else (other_point, point)
     bodies = (int(model.eq_obj1id[number]), int(model.eq_obj2id[number]))
     attitude = np.array(model.eq_data[number, 6:10])
     return Loop(model.equality(number).name, kind, bodies, places, attitude)

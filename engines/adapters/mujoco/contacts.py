@@ -39,7 +39,7 @@ DAMPING = 0.3  # damping ratio of a contact; 0.5 for the vertical motion of a bo
 IMPEDANCE = 1e-4
 SOFTENING = 1e2  # factor on that regularisation, set after compiling
 PLANE_SOFTENING = 1e8  # the same factor for motion in the plane: with 1e2 slow turns chatter
-REGULARISATION_RATIO = 1e9  # regularisation of the normal over the regularisation of friction
+REGULARISATION_RATIO = 1e9  # ratio of the normal's regularisation to friction's
 TOLERANCE = 1e-16  # solver's tolerance: needs barely more iterations than the default 1e-8
 
 # Largest impedance that MuJoCo allows, for the reduced model's friction
@@ -178,8 +178,8 @@ def profile(settings: Options, plane: bool = False) -> ContactProfile:
     that the settings spell out, which no theory covers. Raises ParameterError.
 
     For motion in the `plane` convergent profiles are softened further, since the coupling of slip
-    to a normal force goes as the slip speed over the step. With RK4 friction stops a slip within
-    half a step: RK4's stages apply friction half a step late."""
+    to a normal force is proportional to the ratio of the slip speed to the step. With RK4 friction
+    stops a slip within half a step: RK4's stages apply friction half a step late."""
     name = settings.get("contact", "default")
     if isinstance(name, Mapping | tuple):
         return _own(dict(name), settings)

@@ -23,7 +23,7 @@ from plumbob.models.model_file import ModelFile
 from plumbob.models.scene import Case
 
 # Largest number of steps that are taken for the motion of a replay, so that it takes bounded time.
-# After so many steps the coordinates stay as they are. A model whose slider has contacts may need
+# After these steps the coordinates stay as they are. A model whose slider has contacts may need
 # more steps, but its coordinates that no observable shows hardly change.
 MOST_DRAWN_STEPS = 20_000
 
@@ -54,7 +54,7 @@ def _with_start(case: Case, file: ModelFile, model: Any) -> SceneMechanism:
 
 
 def scene_drawing(case: Case, samples: int) -> SceneDrawing:
-    """Returns the mechanism of a case as replays draw it, and its coordinates at so many samples
+    """Returns the mechanism of a case as replays draw it, and its coordinates at `samples` samples
     over the case's duration, by the model file's own steps. Raises Unsupported and
     ParameterError."""
     with collected():

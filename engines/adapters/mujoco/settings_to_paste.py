@@ -31,7 +31,8 @@ from plumbob.engines.adapters.mujoco.contacts import (
 from plumbob.engines.method import Method
 
 OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a user's model
-SOFTEST = 1e-6  # smallest stiffness: the static penetration goes as its inverse square
+# Smallest stiffness: the static penetration is proportional to its inverse square
+SOFTEST = 1e-6
 SLIDING = (
     "for bodies that slide and stop under dry friction, at this fixed step; tried on a four-footed "
     "box, a four-legged stand and a wheeled base with locked wheels"

@@ -47,7 +47,7 @@ def checked(name: str, path: Path) -> str:
     if any(map(_may_explode, elements)) and multiprocessing.parent_process() is None:
         with Workers(1) as workers:
             try:
-                workers.submit(_compiled, str(path)).result()
+                workers.submit(_compile_in_child, str(path)).result()
             except BrokenExecutor:
                 raise ValueError(f"it takes more than {SECONDS} s to compile") from None
     return elements[0].tag
@@ -71,9 +71,10 @@ def _may_explode(element: Element) -> bool:
     return large or element.tag in MANY
 
 
-def _compiled(path: str) -> None:
-    """Compiles a file and evaluates its model once, in a process of its own, which ends after
-    SECONDS of processor time."""
+def _compile_in_child(path: str) -> None:
+    """Runs in a child process: compiles a file and evaluates its model once, within MEMORY. The
+    system ends the child process after SECONDS of processor time. On Windows, which has no such
+    limit, nothing is compiled. Raises the exceptions of compiling."""
     try:
         import resource
     except ImportError:  # Windows

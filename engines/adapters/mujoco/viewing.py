@@ -43,7 +43,7 @@ class MujocoView:
         return float(self.model.opt.timestep)
 
     def states(self, marks: Sequence[int]) -> Iterator[Any]:
-        """Yields the mjData after so many steps, for each of the rising `marks`."""
+        """Yields the mjData at each of `marks`, which are rising numbers of steps taken."""
         data = self.data
         steps_taken = 0
         with options.collected():
@@ -66,8 +66,9 @@ class MujocoView:
             mujoco.mj_step(self.model, self.data)
 
     def frames(self, marks: Sequence[int], width: int, height: int) -> Iterator[Array]:
-        """Yields the picture after so many steps, shape (height, width, 3), for each of the rising
-        `marks`. Raises Unsupported, which says what is missing, if no offscreen renderer works."""
+        """Yields the picture at each of `marks`, which are rising numbers of steps taken; a picture
+        has the shape (height, width, 3). Raises Unsupported, which says what is missing, if no
+        offscreen renderer works."""
         self.model.vis.global_.offwidth = width
         self.model.vis.global_.offheight = height
         cameras = (self._camera(name) for name in (AROUND + CAMERA, CAMERA))

@@ -30,14 +30,15 @@ if TYPE_CHECKING:
     from plumbob.engines.stepper import EndDerivatives, SceneMechanism, State, Stepper
 
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
-TOUCHING = "!rolling-disc"  # excludes a smooth system whose body touches the ground
+# Pattern of all systems except for a smooth one whose body touches the ground
+UNTOUCHED = "!rolling-disc"
 METHODS = (
-    Method("pinocchio/aba+euler", Scheme(EULER), 1, systems=(TOUCHING,), kinds=KINDS),
+    Method("pinocchio/aba+euler", Scheme(EULER), 1, systems=(UNTOUCHED,), kinds=KINDS),
     Method(
         "pinocchio/aba+rk4",
         Scheme(RK4),
         4,
-        systems=("capsule-line/heading-030", TOUCHING),
+        systems=("capsule-line/heading-030", UNTOUCHED),
         kinds=KINDS,
     ),
 )

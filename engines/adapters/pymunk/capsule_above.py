@@ -39,7 +39,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
 from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.models.tripod_capsule.observed import pose_observables
 
-# Mass of a foot over the body's mass: with lighter feet the solver is slower
+# Ratio of a foot's mass to the body's mass: with lighter feet the solver is slower.
 FOOT_FRACTION = 0.1
 LEAST_INERTIA = 0.25  # smallest fraction of the moment of inertia that stays with the body
 NO_CLOSING = 1.0  # error_bias of a joint that never closes its opening

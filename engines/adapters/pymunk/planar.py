@@ -128,8 +128,10 @@ class Assembly:
     space: pymunk.Space
     bodies: list[pymunk.Body] = field(default_factory=list)  # the bodies of the links
     shapes: list[pymunk.Shape] = field(default_factory=list)  # the shapes of the surfaces
-    pushes: list[Push] = field(default_factory=list)  # forces under controls
-    always: list[Push] = field(default_factory=list)  # forces that also act without controls
+    # Forces that are exerted before each step: of all dampers and actuators in a step that has
+    # controls, and in a step without controls only of those whose force depends on the motion
+    controlled_pushes: list[Push] = field(default_factory=list)
+    uncontrolled_pushes: list[Push] = field(default_factory=list)
 
     def body(self, link: int) -> pymunk.Body:
         """The body of a link, or the static body for WORLD."""
@@ -210,7 +212,8 @@ def _hold(assembly: Assembly, number: int) -> None:
 
 
 def _push_along(assembly: Assembly, number: int, slide: Slide) -> None:
-    """Adds the forces of a slide's damper and actuators, which act in each step."""
+    """Adds the forces of a slide's damper and actuators. If they depend on the slide's motion, they
+    also act in steps without controls."""
     joint = assembly.planar.mechanism.joints[slide.joint]
     actuators = actuators_of(assembly.planar.mechanism, slide.joint)
     biased = any(actuator.biased for actuator in actuators)
@@ -235,9 +238,9 @@ def _push_along(assembly: Assembly, number: int, slide: Slide) -> None:
         force = joint_force(coordinate, rate, controls)
         body.apply_force_at_world_point((force * axis[0], force * axis[1]), body.position)
 
-    assembly.pushes.append(push)
+    assembly.controlled_pushes.append(push)
     if depends_on_motion:
-        assembly.always.append(push)
+        assembly.uncontrolled_pushes.append(push)
 
 
 @dataclass(frozen=True)
@@ -307,15 +310,16 @@ class HingedBody:
         carrier = self.carrier
         on_world = self.on_world
         sense = self.hinge.sense
+        coordinate = rate = 0.0  # without effect: motors have no bias
 
         def push(controls: Sequence[float]) -> None:
             """Sets the moment of the motors on the body, and the opposite moment on its parent."""
-            moment = sense * joint_force(0.0, 0.0, controls)
+            moment = sense * joint_force(coordinate, rate, controls)
             body.torque = moment  # motors of bodies that this body carries add to it later
             if not on_world:
                 carrier.torque -= moment
 
-        self.assembly.pushes.append(push)
+        self.assembly.controlled_pushes.append(push)
 
     def _moment_against(
         self, servos: Sequence[Actuator]
@@ -343,7 +347,7 @@ class HingedBody:
             latest_controls[:] = controls
 
         if any(servo.gain for servo in servos):
-            self.assembly.pushes.append(keep)
+            self.assembly.controlled_pushes.append(keep)
 
         def moment_against(spring: pymunk.DampedRotarySpring, angle: float) -> float:
             """The moment of spring, damper and servos against the hinge [N m]."""
@@ -355,7 +359,8 @@ class HingedBody:
 
     def _push_point(self, motors: Sequence[Actuator]) -> None:
         """Adds the moment of the hinge's damper and motors on a point mass, as a force across its
-        arm. A torque would lose its digits on a body with hardly any moment of inertia."""
+        arm. A torque would lose its digits on a body with hardly any moment of inertia. In steps
+        without controls only the damper acts."""
         damped = bool(self.joint.damping[0])
         if not (damped or motors):
             return
@@ -367,21 +372,25 @@ class HingedBody:
         length = self.link.length
         sense = self.hinge.sense
         x, y = vector(1j * sense * self.link.arm / abs(self.link.arm))
+        coordinate = 0.0  # without effect: the hinge of a point has no spring and no servo
 
         def pushing(joint_force: JointForce) -> Push:
             """Returns the function that exerts a joint's force on the point."""
 
             def push(controls: Sequence[float]) -> None:
                 """Sets the force across the arm that has the moment of the joint."""
-                force = joint_force(0.0, sense * body.angular_velocity, controls) / length
+                rate = sense * body.angular_velocity
+                force = joint_force(coordinate, rate, controls) / length
                 cosine, sine = body.rotation_vector
                 body.force = force * (x * cosine - y * sine), force * (x * sine + y * cosine)
 
             return push
 
-        self.assembly.pushes.append(pushing(passive_and_actuator_force(self.joint, motors)))
+        damper_and_motors = passive_and_actuator_force(self.joint, motors)
+        self.assembly.controlled_pushes.append(pushing(damper_and_motors))
         if damped:
-            self.assembly.always.append(pushing(passive_and_actuator_force(self.joint, [])))
+            damper = passive_and_actuator_force(self.joint, [])
+            self.assembly.uncontrolled_pushes.append(pushing(damper))
 
 
 def _hinged_body(assembly: Assembly, number: int, hinge: Hinge) -> HingedBody:

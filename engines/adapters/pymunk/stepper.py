@@ -68,7 +68,9 @@ class PlanarStepper:
             return
         assembly = self._assembly
         rows = None if controls is None else controls.tolist()
-        pushes = assembly.always if rows is None else assembly.pushes
+        pushes = assembly.controlled_pushes
+        if rows is None:
+            pushes = assembly.uncontrolled_pushes
         if self._steps_taken == 0 and self._planar.mechanism.actuators:
             self._prepare_first_step(rows[0] if rows else self._idle)
         if steps > 1:
@@ -86,7 +88,9 @@ class PlanarStepper:
         """Takes steps under rows of controls."""
         move = self._assembly.space.step
         step = self.step
-        pushes = self._assembly.always if rows is None else self._assembly.pushes
+        pushes = self._assembly.controlled_pushes
+        if rows is None:
+            pushes = self._assembly.uncontrolled_pushes
         if not pushes:
             for _ in range(steps):
                 move(step)
@@ -119,7 +123,7 @@ class PlanarStepper:
             self._open_hinge(controls)
         piled = self._planar.surfaces.piled
         if piled:
-            for push in assembly.pushes:
+            for push in assembly.controlled_pushes:
                 push(controls)
             masses = [self._planar.links.all[number].mass for number in piled]
             slowness = max(masses) / min(masses) * len(masses) ** 2
@@ -133,7 +137,7 @@ class PlanarStepper:
         (body,) = self._assembly.bodies
         if link.hinge is None or link.slides:
             return
-        for push in self._assembly.pushes:
+        for push in self._assembly.controlled_pushes:
             push(controls)
         arm = turned_by(body.angle, link.arm)
         force = link.mass * self._planar.gravity + complex(*body.force)

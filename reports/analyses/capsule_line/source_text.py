@@ -132,7 +132,8 @@ def numbers() -> Record:
         weight=body.weight,  # [N]
         # largest relative difference of the sum of normal forces from the weight
         load_gap=np.abs(loads / body.weight - 1.0).max(),
-        imbalance=balance_residual(line),  # largest residual of eqs. 8 and 9 over the weight
+        # ratio of the largest residual of eqs. 8 and 9 to the weight
+        imbalance=balance_residual(line),
         enough=limit,  # [m/s²] acceleration above which the body moves
         excess=barely.w1 / limit - 1.0,  # relative excess of w1 in the scene THRESHOLD
         barely_moved=barely.displacement,  # [m] displacement in the scene THRESHOLD

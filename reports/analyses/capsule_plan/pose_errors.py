@@ -49,19 +49,22 @@ def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> Array:
 
 
 def errors_by_kind(plan: Plan, after: Array) -> Signals:
-    """Returns the pose error that each kind of manoeuvre added, by kind. A manoeuvre adds the error
-    at the next rest minus the error at the rest before, so that a turn includes its residual
-    motion. `after` are the errors of `pose_errors`."""
+    """Returns the pose error that each kind of manoeuvre added, by kind. `after` are the errors of
+    `pose_errors`; NaN means that the body is not at rest after a manoeuvre. A manoeuvre adds the
+    error at the next rest minus the error at the rest before. If a manoeuvre leaves the body in
+    motion, the errors of the next manoeuvres, up to that rest, are charged to its kind: a turn
+    includes its residual motion."""
     total: dict[str, Array] = {}
     before = np.zeros(len(POSE_OBSERVABLES))
-    unfinished = ""  # kind of a manoeuvre after which the body still moves
+    # Kind of the manoeuvre that left the body in motion; empty if the body rests
+    left_moving = ""
     for manoeuvre, error in zip(plan.manoeuvres, after, strict=False):
-        kind = unfinished or manoeuvre.kind
+        kind = left_moving or manoeuvre.kind
         if np.isnan(error).any():
-            unfinished = kind
+            left_moving = kind
             continue
         total[kind] = total.get(kind, np.zeros(len(POSE_OBSERVABLES))) + error - before
-        before, unfinished = error, ""
+        before, left_moving = error, ""
     return total
 
 

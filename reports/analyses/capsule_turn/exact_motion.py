@@ -123,11 +123,11 @@ def momentary_stop() -> Record:
     before, after = np.reshape(speeds, (2, -1))
     rows = np.column_stack([sides, before, after, before / sides, after / sides])
     return Record(
-        time=touch.time / tau,  # time of the stop over tau
+        time=touch.time / tau,  # ratio of the stop's time to tau
         support=touch.support + 1,
         speed=speed_at_stop,  # [m/s] slip speed at the stop
-        # a row for each of TIMES_BESIDE_STOP: that time [s], the slip speeds before and after
-        # [m/s], and both speeds over the time [m/s²]
+        # A row for each of TIMES_BESIDE_STOP: that time [s], the slip speeds before and after
+        # [m/s], and both speeds divided by the time [m/s²]
         sides=rows,
         parameters=SLENDER,
     )

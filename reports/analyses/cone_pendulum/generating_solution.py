@@ -18,7 +18,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
 INERTIAS = (1e3, 1e4, 1e5)  # [kg m^2] armatures of the platform's joint
 PLATFORM_INERTIA = 1.0  # [kg m^2] inertia of the platform in the model file
 DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s] rate of the servo, [s] duration of the runs
-NEXT = 1.7  # [kg m^2] largest inertia of the body about the platform's axis
+LARGEST_BODY_INERTIA = 1.7  # [kg m^2] largest inertia of the body about the platform's axis
 
 
 def _drive_run(inertia: float) -> ExtraRun:
@@ -60,7 +60,8 @@ def claims(solutions: Record) -> Claims:
     the ratio of the body's inertia to the platform's."""
     what = "the relative difference from first order, times the platform's inertia,"
     return [
-        at_most(what, drive.gap * drive.inertia, NEXT, "kg m²") for drive in solutions.drives
+        at_most(what, drive.gap * drive.inertia, LARGEST_BODY_INERTIA, "kg m²")
+        for drive in solutions.drives
     ]
 
 

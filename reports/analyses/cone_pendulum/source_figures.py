@@ -27,7 +27,7 @@ PLATFORM_TURN = 2 * np.pi
 RUN_MARKS = 40  # marks of the engine's run over one period
 FIGURE_POINTS = 241  # points of a curve
 TEMPLATE = "cone_pendulum/source_figures"
-# x and y of the curves by panel, a to e; angles are over 2 pi and times over the period T
+# x and y of the curves by panel, a to e; angles are divided by 2 pi, and times by the period T
 Curves = Mapping[str, tuple[Array, Array]]
 
 

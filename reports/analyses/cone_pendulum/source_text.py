@@ -34,7 +34,9 @@ def numbers() -> Record:
     turning = closed_forms(ROTATING).correct
     problem = closed_forms(ROTATING).problem
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))
-    z = np.linspace(0.0, 1.0, MAXIMUM_SAMPLES + 1)  # distances from the vertex over the height
+    z = np.linspace(
+        0.0, 1.0, MAXIMUM_SAMPLES + 1
+    )  # distances from the vertex, divided by the height
     centre_fraction = float(np.trapezoid(z**3) / np.trapezoid(z**2))
     height = problem.body.com_distance / 0.75
     by_means = [period_by_means(motion) / motion.period - 1.0 for motion in (resting, turning)]
@@ -243,12 +245,13 @@ def rotation_over_top(motion: PendulumMotion) -> Record:
         highest=highest,  # [rad/s]
         lowest_at=lowest_at,  # time of the lowest speed, as a fraction of the period
         extremes=extremes,  # number of extremes of the speed in a period
-        # range of the speed in the second half of the period, over the initial speed
+        # ratio of the speed's range in the second half of the period to the initial speed
         second_half=float(np.ptp(speed[MAXIMUM_SAMPLES // 2 :])) / motion.theta_dot,
         # fractions of the period during which the speed is within SPEED_DIFFERENCES of the initial
         # speed
         near=[(deviation <= near).mean() for near in SPEED_DIFFERENCES],
-        spread=float(np.ptp(speed)) / abs(motion.theta_dot),  # range over the initial speed
+        spread=float(np.ptp(speed))
+        / abs(motion.theta_dot),  # ratio of the range to the initial speed
         # whether the speed is largest at the start and has one minimum, at half the period
         slowest_at_half=at_half and highest <= motion.theta_dot,
     )

@@ -39,7 +39,8 @@ def visible_difference(name: str) -> Record:
     visible = np.flatnonzero(differences > VISIBLE * amplitude)
     return Record(
         largest=differences.max(),  # [rad] largest difference within NOTEBOOK_DURATION
-        relative=differences.max() / amplitude,  # largest difference over the initial amplitude
+        relative=differences.max()
+        / amplitude,  # ratio of the largest difference to the initial amplitude
         # [s] time at which the difference exceeds VISIBLE times the amplitude
         visible_at=NOTEBOOK_TIMES[visible[0]] if visible.size else None,
     )
@@ -85,7 +86,7 @@ def rotation_numbers(name: str) -> Record:
         turns=abs(float(end - start)) / math.tau,  # turns within NOTEBOOK_DURATION
         # [°] largest angle of the linear pendulum
         linear_degrees=math.degrees(largest_angle(LINEAR_SCENES + name)),
-        # relative excess of the initial speed over the speed that just reaches the top
+        # relative amount by which the initial speed exceeds the speed that just reaches the top
         faster=float(abs(problem.theta_dot)) / speed_to_top - 1.0,
     )
 

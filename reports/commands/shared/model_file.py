@@ -65,7 +65,7 @@ def model_and_script(chosen: argparse.Namespace) -> tuple[OwnModel, Script]:
 def motion_record(
     chosen: argparse.Namespace, script: Script, reference: Certificate, index: int
 ) -> dict[str, Any]:
-    """Returns the motion of a model file as plain data, with its uncertainty [m] at the end of
+    """Returns the JSON data of a model file's motion, with its uncertainty [m] at the end of
     control period number `index`."""
     from plumbob.engines.audit.reference import MEASURE
 

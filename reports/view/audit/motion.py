@@ -51,9 +51,9 @@ def motion_numbers(audit: Audit) -> dict[str, Any]:
 
 
 def _returned(returns: EpisodeReturns) -> list[dict[str, Any]]:
-    """Returns for each integrator its `steps` [s], by how much the mean return differs there from
-    that at the own step (`changes`), the ends of its interval (`low`, `high`), and `dots`: a step
-    and a difference for each of the first DRAWN_EPISODES episodes."""
+    """Returns for each integrator its `steps` [s], by how much the mean return at each step differs
+    from the mean return at the model's own step (`changes`), the ends of its interval (`low`,
+    `high`), and `dots`: a step and a difference for each of the first DRAWN_EPISODES episodes."""
     drawn = []
     columns = list(enumerate(returns.rows))
     for integrator, group in groupby(columns, lambda column: column[1].integrator):

@@ -1,4 +1,4 @@
-"""An audit as plain data for JSON."""
+"""The JSON data of an audit."""
 
 from __future__ import annotations
 

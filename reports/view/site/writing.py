@@ -162,8 +162,9 @@ def site_content(study: Study) -> SiteContent:
     """Returns the content of the pages of `study`; raises the errors of `records_of`."""
     records = records_of(study)
     results = results_of(study, records)
-    asked = {scene for scene, _ in results}  # a scene is missing if no method was meant for it
-    study = replace(study, scenes=tuple(s for s in study.scenes if s.name in asked))
+    # Scenes for which none of the study's methods is meant have no results, and no place on pages.
+    with_results = {scene for scene, _ in results}
+    study = replace(study, scenes=tuple(s for s in study.scenes if s.name in with_results))
     views = _views(study, records, results)
     common = _common(study, records, views, results)
     return SiteContent(common, _pages(views, common))

@@ -122,9 +122,10 @@ def _cell_starts(count: int) -> npt.NDArray[np.intp]:
 
 
 def _curves(swept: Swept, side: int) -> dict[str, Any]:
-    """Returns the largest relative errors over the values of parameter number `side`, as one line
-    for each method and step."""
+    """Returns one line for each method and step: the relative error as a function of parameter
+    number `side`, the largest for all values of the other parameters."""
     sweep = swept.sweep
+    # The axes of the errors are the method, the step, and then the parameters.
     other_axes = tuple(k for k in range(2, swept.errors.ndim) if k != side + 2)
     largest = np.fmax.reduce(swept.errors, axis=other_axes)
     pairs = product(enumerate(sweep.methods), enumerate(sweep.steps))

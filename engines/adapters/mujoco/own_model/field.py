@@ -20,7 +20,7 @@ from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import NotCertifiable
 
 MOST_IN_LAYER = 4  # most contacts in a layer: all their 16 on-off states are evaluated
-BEYOND = 1e-6  # largest excess of an activation over its limit: rounding at the limit is less
+BEYOND = 1e-6  # largest amount by which an activation exceeds its limit: more than rounding
 JOINTS = mujoco.mjtJoint
 ITERATIONS = 60  # most iterations of Newton's method, which converges in a few
 # Times [s] in place of the step, by which the rates of some controls are divided

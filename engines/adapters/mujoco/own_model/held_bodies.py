@@ -41,7 +41,8 @@ KINDS = mujoco.mjtConstraint
 EQUALITY_ROW = int(KINDS.mjCNSTR_EQUALITY)
 DRY = (int(KINDS.mjCNSTR_FRICTION_DOF), int(KINDS.mjCNSTR_FRICTION_TENDON))
 LIMITED = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
-# Largest gap that counts as none, over the mean size of a body: places in a file are rounded
+# Largest gap that counts as none, as a fraction of the mean size of a body: places in a file are
+# rounded.
 TOUCHING_GAP = 1e-3
 # [s] in which the creep is measured, again and again until it is steady: ten default time constants
 # of a contact, so that a fast creep is measured before a finger is left
@@ -50,10 +51,10 @@ WINDOW = 0.2
 STEADY = 0.02
 NO_CHANGE = 1e-9  # [m/s] change that counts as none at any creep
 MOST_WINDOWS = 25  # number of measurements: 5 s for servos that give way slowly
-SLIPS = 0.999  # force of a dry joint over its largest from which on the joint slips
-# Largest acceleration of settled bodies over the free one: the resolution of statics
+SLIPS = 0.999  # ratio of a dry joint's force to its largest from which on the joint slips
+# Largest ratio of the acceleration of settled bodies to the free one: the resolution of statics
 SETTLED_WITHIN = 1e-3
-WANDERED = 0.25  # displacement over size beyond which bodies have left their start
+WANDERED = 0.25  # ratio of displacement to size beyond which bodies have left their start
 # Bounds of MuJoCo's solimp: smallest and largest impedance and midpoint
 IMPEDANCES = (1e-4, 0.9999)
 MOST_RUN_SECONDS = 5.0  # [s] processor time of a run

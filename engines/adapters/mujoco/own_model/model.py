@@ -233,11 +233,15 @@ class MujocoModel:
         return MujocoRecordedSteps(self.as_stepped(), self.start, integrator, step)
 
     def variations(self) -> Iterator[ModelVariation]:
-        """Yields the model with other settings, each beside the model whose motion it should
+        """Yields the model with changed settings, each with the model whose motion it should
         have."""
-        for name, kind, changed, beside in varied_models(self.effective):
-            pair = (replace(self, effective=model) for model in (changed, beside))
-            yield ModelVariation(name, kind, *pair)
+        for name, kind, changed, unchanged in varied_models(self.effective):
+            yield ModelVariation(
+                name=name,
+                kind=kind,
+                model=replace(self, effective=changed),
+                unchanged=replace(self, effective=unchanged),
+            )
 
     @collected()
     def touching_in(
@@ -413,8 +417,8 @@ class MujocoModel:
                     yield period, state_of(data)
 
     def _data_after_steps(self, script: Script) -> Iterator[Any]:
-        """Yields the mjData after each own step. Its contacts are those at the beginning of that
-        step."""
+        """Yields the mjData after each of the model's own steps. The contacts in it are those at
+        the beginning of the step."""
         model = copy.copy(self.effective)
         data = self._new_data(model)
         put(data, script.start)

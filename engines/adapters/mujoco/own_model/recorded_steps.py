@@ -34,7 +34,7 @@ NUDGED_FIELDS = (
 )
 FIRST_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 FIRST_CONTACT = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS)
-NUDGES = 8  # sets of nudges: the root mean square of so many is within a factor of 2 of all
+NUDGES = 8  # sets of nudges: their root mean square is within a factor of 2 of that of all sets
 NUDGED_FORCES = ("qfrc_bias", "qfrc_passive", "qfrc_actuator", "qfrc_constraint")
 # Fields of one joint's degrees of freedom, of joints and of bodies that a suspect scales
 DOF_FIELDS = MappingProxyType(

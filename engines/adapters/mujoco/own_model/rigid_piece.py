@@ -16,8 +16,8 @@ from plumbob.engines.adapters.mujoco.model_fields import name_of
 from plumbob.engines.adapters.mujoco.solids import mesh_vertices
 from plumbob.engines.own_motion import NotCertifiable
 
-# Largest sine of the angle between gravity and the plane's normal, and largest force over mass
-# [m/s^2] that counts as none
+# Largest sine of the angle between gravity and the plane's normal that counts as zero, and largest
+# ratio of a force to the body's mass [m/s^2] that counts as no force
 LEVEL = 1e-9
 PAIR = ("margin", "gap", "friction", "solref", "solreffriction", "solimp")
 CONTACT = (
@@ -39,7 +39,7 @@ class RigidPiece:
     plane_number: int  # number of the plane's geom in the user's model
     locked: int  # number of locked joints
     inertia: float  # about the vertical [kg m^2]
-    notes: tuple[str, ...]  # forces at the start that are not copied
+    notes: tuple[str, ...]  # names of forces on the body at the start that the piece lacks
 
 
 def rigid_piece(
@@ -229,8 +229,8 @@ class GeomCopy:
         _copy_contact_settings(added, model, geom)
 
     def _mesh_name(self, geom: int) -> str:
-        """The name of the mesh of a geom in the piece, which gets a copy of the mesh if it has
-        none."""
+        """Returns the name of the piece's copy of a geom's mesh. If the piece has no copy of the
+        mesh yet, the mesh is copied to it first."""
         model = self.model
         mesh = int(model.geom_dataid[geom])
         name = f"mesh_{mesh}"

@@ -32,8 +32,9 @@ FLAGS: tuple[tuple[str, VariationKind, str, str], ...] = (
 
 
 def varied_models(model: Any) -> Iterator[Changed]:
-    """Yields a compiled model with other settings, each beside the model whose motion it should
-    have: settings that the installed release of MuJoCo lacks are left out."""
+    """Yields the name and kind of each changed setting, the compiled model with it, and the model
+    whose motion it should have. Settings that the installed release of MuJoCo lacks are left
+    out."""
     other = "dense" if mujoco.mj_isSparse(model) else "sparse"
     yield f"{other} Jacobian", "jacobian", _with_jacobian(model, other), model
     tight = with_converging_solver(copy.copy(model))
