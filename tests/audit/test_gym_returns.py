@@ -185,7 +185,7 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     assert main([*line, "--out", "pages", "--return-within", "1%"]) == 0
     text = capsys.readouterr().out
     assert "return 5 at 20 ms, over 0.2 s; in the continuous limit 5 ± 0" in text
-    assert "no reward reads a quantity that lags a step" in text
+    assert "no reward reads a quantity of the step before" in text
     assert "Return against step" in (Path("pages") / f"audit-{POLE}.html").read_text("utf-8")
     answer = json.loads((Path("pages") / f"audit-{POLE}.json").read_text("utf-8"))
     assert load("pages").returns["mean"].tolist() == [r["mean"] for r in answer["returns"]]
