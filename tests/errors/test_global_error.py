@@ -80,7 +80,7 @@ def test_the_coefficients_make_up_the_error(name, scheme):
 
 
 @pytest.mark.parametrize("scheme", [Scheme(RK4), Scheme(EULER)], ids=str)
-@pytest.mark.parametrize("step", [2e-4, 5e-4])
+@pytest.mark.parametrize("step", [pytest.param(2e-4, marks=pytest.mark.rare), 5e-4])
 def test_a_stiff_motion_that_follows_a_slow_command_has_a_series(scheme, step):
     # The damping forgets rounding within some milliseconds. The series therefore has terms that
     # are far smaller than rounding that adds up over three seconds.
