@@ -100,6 +100,9 @@ NOT_RUN = {
         ),
         "an index of packages: tests/releases has releases of its own",
     ),
+    "plumbob audit my.xml --holds --keyframe grip --creep-within 1e-6": (
+        "a keyframe of one's own: tests/audit/contacts/test_holds_command.py"
+    ),
     "plumbob settings for my.xml --pair ball floor --creep 1e-6": (
         "geoms of one's own: tests/mujoco/test_settings_for_contacts.py"
     ),

@@ -15,6 +15,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, parser
 from plumbob.reports.commands.arguments.options import read_values
+from plumbob.reports.commands.settings import FOR
 
 
 class Document(HTMLParser):
@@ -141,7 +142,7 @@ def resolve(command, folder):
         changed = given.get("changes", {})
         pattern = chosen.scene if any(c in chosen.scene for c in "*?[") else ""
         assert find_scenes(pattern) if pattern else find_scene(chosen.scene, changed), command
-    if given.get("method"):
+    if given.get("method") not in (None, [], FOR):
         several = isinstance(chosen.method, list)
         assert find_methods(",".join(chosen.method)) if several else find_method(chosen.method)
     if "like" in given and chosen.like:
