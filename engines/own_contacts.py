@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.own_motion import OwnModel
+from plumbob.engines.own_motion import OwnModel, SteppedModel
 from plumbob.engines.trajectory import ByName
 
 
@@ -58,17 +58,11 @@ class Floor(Protocol):
     def drift(self, heading: float, acceleration: float, duration: float) -> float: ...
 
 
-class ContactModel(Protocol):
+class ContactModel(SteppedModel, Protocol):
     """A user's body with its own contact settings, and with those of `plumbob settings`.
 
     `MujocoContacts` documents the members."""
 
-    @property
-    def name(self) -> str: ...
-    @property
-    def step(self) -> float: ...
-    @property
-    def integrator(self) -> str: ...
     @property
     def method(self) -> str: ...
     @property

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from plumbob.analytic.systems.coulomb_statics import HeldLoads
+from plumbob.engines.own_motion import SteppedModel
 
 
 @dataclass(frozen=True)
@@ -47,17 +48,11 @@ class FrictionOptions:
     noslip_iterations: int = 0
 
 
-class HeldModel(Protocol):
+class HeldModel(SteppedModel, Protocol):
     """A user's bodies at rest, under their own steps or under other options.
 
     `MujocoHeld` documents the members."""
 
-    @property
-    def name(self) -> str: ...
-    @property
-    def step(self) -> float: ...
-    @property
-    def integrator(self) -> str: ...
     @property
     def options(self) -> FrictionOptions: ...
     @property

@@ -210,10 +210,8 @@ class ModelVariation:
     unchanged: OwnModel
 
 
-class OwnModel(Protocol):
-    """A user's model made ready for an audit, in the engine that has the ability `UserModels`.
-
-    A state has the numbers qpos, qvel and act, shape (n,). `MujocoModel` documents the members."""
+class SteppedModel(Protocol):
+    """A user's model with a name, its step [s] and its integrator."""
 
     @property
     def name(self) -> str: ...
@@ -221,6 +219,13 @@ class OwnModel(Protocol):
     def step(self) -> float: ...
     @property
     def integrator(self) -> str: ...
+
+
+class OwnModel(SteppedModel, Protocol):
+    """A user's model made ready for an audit, in the engine that has the ability `UserModels`.
+
+    A state has the numbers qpos, qvel and act, shape (n,). `MujocoModel` documents the members."""
+
     @property
     def integrators(self) -> tuple[str, ...]: ...
     @property

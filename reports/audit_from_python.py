@@ -28,7 +28,7 @@ from plumbob.engines.audit.environments import (
 )
 from plumbob.engines.audit.episodes import EpisodePlan, Episodes, ModelEpisodes, name_of_metric
 from plumbob.engines.audit.holds import CREEP_WANTED, holds_audited
-from plumbob.engines.audit.user_models import quiet, user_models
+from plumbob.engines.audit.user_models import certifiable_model, quiet, user_models
 from plumbob.engines.closed_loop import (
     OF_OBSERVATION,
     ClosedLoop,
@@ -274,9 +274,9 @@ def user_motion(
 ) -> tuple[OwnModel, Script]:
     """Returns a user's model, and its motion: start, controls and duration. A policy's motion is
     recorded; if it is `in_the_loop`, each run asks the policy, which an `environment` of the model
-    gives its observations. Raises ParameterError for a model
-    that has no continuous motion, and if the budget [s] is too small."""
-    try:
+    gives its observations. Raises ParameterError for a model that has no continuous motion, and if
+    the budget [s] is too small."""
+    with certifiable_model(model, "one that has a continuous motion"):
         user_model = user_models().model(model, start)
         loop = None
         if policy is not None:
@@ -291,9 +291,6 @@ def user_motion(
         motion = script(user_model, control, duration, period)
         if in_the_loop:
             motion = replace(motion, loop=loop)
-    except NotCertifiable as reason:
-        wanted = f"one that has a continuous motion; {reason}"
-        raise ParameterError("model", _model_name(model), wanted) from None
     _check_budget(user_model, motion, budget)
     return user_model, motion
 
@@ -306,11 +303,6 @@ def _recorded(model: OwnModel, loop: ClosedLoop, period: float, duration: float)
     except NotControlled as why:
         wanted = f"one that returns finite numbers; {why}"
         raise ParameterError("policy", loop.name, wanted) from None
-
-
-def _model_name(model: Any) -> str:
-    """Returns the name of a model in a message: its path, or "model"."""
-    return str(model) if isinstance(model, (str, Path)) else "model"
 
 
 def _check_budget(model: OwnModel, motion: Script, budget: float) -> None:
@@ -368,12 +360,9 @@ def audit_reproducible(
     given = (control, policy, duration, period, budget)
     user_model, motion = user_motion(model, Start(keyframe, qpos, qvel), *given)
     control_name = _control_name(control, policy, False)
-    try:
+    with certifiable_model(model, "one whose motion can be repeated"):
         allowance = Allowance(budget, progress=progress)
         result = repeated_motion(user_model, motion, control_name, allowance, engines)
-    except NotCertifiable as reason:
-        wanted = f"one whose motion can be repeated; {reason}"
-        raise ParameterError("model", _model_name(model), wanted) from None
     return RepeatedResult(**vars(result))
 
 
@@ -406,12 +395,9 @@ def audit_contacts(
     positive("speed", speed)
     if friction is not None:
         positive("friction", friction)
-    try:
+    with certifiable_model(model, "one whose contacts can be audited"):
         standing = user_models().contacts(model, Start(keyframe), body, friction)
         return ContactResult(**vars(contacts_audited(standing, speed)))
-    except NotCertifiable as reason:
-        wanted = f"one whose contacts can be audited; {reason}"
-        raise ParameterError("model", _model_name(model), wanted) from None
 
 
 @quiet()
@@ -441,9 +427,6 @@ def audit_holds(
     ('holds', 0.268)
     """
     positive("creep within", creep_within)
-    try:
+    with certifiable_model(model, "one whose bodies rest on contacts"):
         held = user_models().held(model, Start(keyframe, qpos), body)
         return HoldsResult(**vars(holds_audited(held, creep_within, creep_options, progress)))
-    except NotCertifiable as reason:
-        wanted = f"one whose bodies rest on contacts; {reason}"
-        raise ParameterError("model", _model_name(model), wanted) from None

@@ -9,11 +9,11 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.user_models import quiet, user_models
+from plumbob.engines.audit.user_models import certifiable_model, quiet, user_models
 from plumbob.engines.difference.difference import ComparedMotions, compared_motions
 from plumbob.engines.difference.recording import PRECISIONS, Recording, recording_of
 from plumbob.engines.difference.recording_file import read_recording
-from plumbob.engines.own_motion import NotCertifiable, OwnModel, Start
+from plumbob.engines.own_motion import OwnModel, Start
 from plumbob.reports.judge.differences import EXPLAINED, difference_verdict
 from plumbob.reports.view.difference import difference_lines, difference_record
 
@@ -102,12 +102,8 @@ def recorded_model(model: Any, start: Start) -> OwnModel:
     """Returns the model of recorded motions. Raises ParameterError."""
     if model is None:
         raise ParameterError("model", None, "the model of the recorded motions")
-    try:
+    with certifiable_model(model, "one whose steps depend on its state and controls alone"):
         return user_models().model(model, start)
-    except NotCertifiable as reason:
-        name = str(model) if isinstance(model, (str, Path)) else "model"
-        wanted = f"one whose steps depend on its state and controls alone; {reason}"
-        raise ParameterError("model", name, wanted) from None
 
 
 def _recording(

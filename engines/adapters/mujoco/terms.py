@@ -29,6 +29,22 @@ def integrator_of(model: Any) -> str:
     return word("integrator", model.opt.integrator)
 
 
+class CompiledSteps:
+    """The step and the integrator of an instance with a compiled `model`."""
+
+    model: Any
+
+    @property
+    def step(self) -> float:
+        """The model's own step [s]."""
+        return float(self.model.opt.timestep)
+
+    @property
+    def integrator(self) -> str:
+        """The model's own integrator."""
+        return integrator_of(self.model)
+
+
 def put(data: Any, state: Array) -> None:
     """Sets the state of an mjData: qpos, qvel, act."""
     nq = data.qpos.size

@@ -26,7 +26,7 @@ from plumbob.engines.adapters.mujoco.own_model.places import actuator_moments
 from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
 from plumbob.engines.adapters.mujoco.own_model.refusals import check_continuous
 from plumbob.engines.adapters.mujoco.own_model.user_stepper import diverged
-from plumbob.engines.adapters.mujoco.terms import integrator_of
+from plumbob.engines.adapters.mujoco.terms import CompiledSteps
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
 from plumbob.engines.own_holds import (
@@ -99,23 +99,13 @@ def _number(model: Any, body: str | None) -> int | None:
 
 
 @dataclass(frozen=True)
-class MujocoHeld:
+class MujocoHeld(CompiledSteps):
     """A user's bodies at rest."""
 
     name: str
     model: Any  # mjModel as it is stepped
     start: Any  # mjData at the start, at rest
     body: int | None  # number of the body that is asked for; None: all that touch
-
-    @property
-    def step(self) -> float:
-        """The model's own step [s]."""
-        return float(self.model.opt.timestep)
-
-    @property
-    def integrator(self) -> str:
-        """The model's own integrator."""
-        return integrator_of(self.model)
 
     @property
     def options(self) -> FrictionOptions:

@@ -38,7 +38,7 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import (
     own_pair,
     settings,
 )
-from plumbob.engines.adapters.mujoco.terms import integrator_of
+from plumbob.engines.adapters.mujoco.terms import CompiledSteps
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
 from plumbob.engines.own_contacts import SlideToRest, Standing
@@ -182,7 +182,7 @@ def own_contacts(
 
 
 @dataclass(frozen=True)
-class MujocoContacts(RigidPiece):
+class MujocoContacts(CompiledSteps, RigidPiece):
     """A user's body with its own contact settings, and with those of `plumbob settings`."""
 
     name: str
@@ -190,16 +190,6 @@ class MujocoContacts(RigidPiece):
     start: Start
     # Sliding friction in place of the model's own; None: the model's own
     friction: float | None
-
-    @property
-    def step(self) -> float:
-        """The model's own step [s]."""
-        return float(self.model.opt.timestep)
-
-    @property
-    def integrator(self) -> str:
-        """The model's own integrator."""
-        return integrator_of(self.model)
 
     @property
     def method(self) -> str:
