@@ -60,7 +60,8 @@ def by_second_run(error: Array, second_error: Array) -> Array:
     """Returns a bound on the `error` of a solver, shape (n,), from the `second_error` of a run with
     a much smaller tolerance.
 
-    The second error is at most half of the error. The bound is SOLVER_FACTOR times their
-    difference, at its largest so far.
+    This assumes that the much smaller tolerance at least halves the error. The error is then at
+    most twice the difference of both errors. The bound is SOLVER_FACTOR times the difference, and
+    never falls with time.
     """
     return np.maximum.accumulate(SOLVER_FACTOR * np.abs(error - second_error))

@@ -45,7 +45,7 @@ class DifferenceWay:
     """A way to a derivative by the difference of two runs."""
 
     name: str
-    # Ratio of the shift of the lower run's number to eps, which is the shift of the upper run's
+    # The upper run's number is shifted by eps, the lower run's by `low` times eps.
     low: float
     order: int  # power of eps in the error of the difference
 

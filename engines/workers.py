@@ -45,8 +45,8 @@ TICK = 0.2  # [s] time between two looks at the clock
 # is smaller than this fraction, it hangs. A task that computes on a core with fifteen other
 # processes has a ratio of 1/16.
 IDLE_FRACTION = 0.01
-# If the system does not tell the processor time, a task hangs if its wall time is longer than its
-# limit times this factor.
+# If the system does not tell the processor time, a task counts as hung when its wall time exceeds
+# its limit times this factor.
 WALL_TIME_FACTOR = 20.0
 LONGEST_TIMER = 1e8  # [s] longest time that a timer accepts
 AHEAD = 3  # tasks that each worker of a cluster has at a time

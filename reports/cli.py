@@ -268,7 +268,8 @@ def _version_text(wanted: Sequence[str]) -> str:
 
 def complete_words(top: argparse.ArgumentParser) -> None:
     """Answers a shell that asks for completions, and ends the process then, if argcomplete is
-    installed. Its variable is set by the shell's script alone."""
+    installed. The variable _ARGCOMPLETE is set by the shell's completion script alone, so that
+    other commands need not load argcomplete."""
     if "_ARGCOMPLETE" in os.environ:
         with suppress(ImportError):
             import argcomplete

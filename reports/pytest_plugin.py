@@ -79,7 +79,7 @@ def audit_with_kept_references(request: pytest.FixtureRequest) -> Callable[..., 
         try:
             return audit(model, control, **{**kept, **options})
         except ParameterError as error:
-            # The failure shows the test alone: the mistake is in its arguments.
+            # The mistake is in the arguments: without plumbob's frames the failure shows the test.
             raise error.with_traceback(None) from None
 
     return audited

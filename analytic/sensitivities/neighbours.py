@@ -132,7 +132,8 @@ class Neighbours(Generic[Value]):
         along the first axis and the times along the last."""
         noise = np.tensordot(self._unexplained, differences, 1) / scale
         deviations = np.sqrt(np.mean(noise**2, axis=tuple(range(noise.ndim - 1))))
-        # If a formula changes between neighbours, only the errors near that time are larger.
+        # If the motion passes from one formula to another between neighbours, the deviation is
+        # too large near that time alone.
         usual = 0.0
         if deviations.any():
             usual = np.quantile(deviations[deviations > 0.0], USUAL_QUANTILE)

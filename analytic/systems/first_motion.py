@@ -31,7 +31,8 @@ from plumbob.analytic.systems.coulomb_statics import CUT, MOST_CONE_CUTS, Contac
 # Least ratio of an acceleration to the free one that counts as motion. A programme is solved to
 # about 1e-12.
 MOVES = 1e-6
-# Steepest descent of a programme that counts as none: right weights leave 1e-15, wrong ones 0.1
+# A least-squares programme is solved if no descent is steeper than this: a right solution leaves
+# 1e-15, a wrong solution of `nnls` 0.1.
 STEEPEST_LEFT = 1e-8
 # Largest ratio of a cone's violation to the free acceleration that counts as none: far below MOVES
 CONE_ROUNDING = 1e-9
@@ -59,7 +60,8 @@ def can_move(held: HeldLoads) -> bool | None:
 
 
 class _Motion:
-    """The accelerations that are possible, in coordinates in which equalities hold."""
+    """The search for accelerations that Coulomb friction allows bodies at rest, in coordinates in
+    which equalities hold."""
 
     def __init__(self, held: HeldLoads) -> None:
         with_dry = _dry_as_contacts(held)
@@ -69,7 +71,8 @@ class _Motion:
         self.contacts = [rows @ basis for rows in with_dry.cone_rows]
         stops = with_dry.scaled_rows(with_dry.stops) @ basis
         self.stops = stops / np.maximum(np.linalg.norm(stops, axis=1), 1e-300)[:, None]
-        # Directions of friction against which half-spaces are known, of each contact
+        # Unit directions of each contact whose half-spaces bound the friction cone from outside so
+        # far; a programme whose solution leaves a cone adds a direction.
         self.cuts = [[*np.eye(len(r) - 1), *-np.eye(len(r) - 1)] for r in self.contacts]
 
     def begins(self) -> bool | None:

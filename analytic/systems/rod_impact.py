@@ -20,7 +20,7 @@ from plumbob.analytic.numerics.point_impact import LAWS, PointImpact
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse, Signals
 
-ROD_ROUNDINGS = 16.0  # roundings of each parameter in the uncertainty
+ROD_ROUNDINGS = 16.0  # number of roundings by which the uncertainty changes each parameter
 HEIGHT_SAMPLES = 2001  # times after the impact at which the heights of the ends are examined
 
 

@@ -32,12 +32,14 @@ from plumbob.models.border import must_be
 
 MOST_HOLD = 2000  # [steps] longest hold that is tried
 MOST_LATE = 20  # longest delay that is tried, in control periods
-GAIN_RATIO, MOST_GAIN = 1.02, 1000.0  # factors of a gain are tried every GAIN_RATIO
+# Factors of a gain are tried in a geometric series of this ratio, up to the largest factor.
+GAIN_RATIO, MOST_GAIN = 1.02, 1000.0
 RESOLVED = 1e-3  # relative accuracy to which a limit of a gain is bisected
-# [m, rad, ...] differences of the step's Jacobians: the floor of the solver is 1e-16, and a double
-# rounds such a difference by 1e-10
+# [m, rad, ...] shift of the state by which a step is differentiated: the floor of the solver is
+# 1e-16, and a double rounds such a difference by 1e-10
 STEP_DIFFERENCE = 1e-6
-# [m, rad, ...] differences of a policy: a network in single precision rounds by 1e-7
+# [m, rad, ...] shifts of the state by which a policy is differentiated: a network in single
+# precision rounds by 1e-7
 POLICY_DIFFERENCES = (1e-4, 1e-5)
 SMOOTH = 0.02  # largest relative difference of the two derivatives of a smooth policy
 # Magnitude of an eigenvalue above 1 that differences of 1e-6 cause in a direction that nothing

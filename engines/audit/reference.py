@@ -42,7 +42,8 @@ IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances with layers
 # to its fourth root. The smallest power dominates as layers shrink.
 POWERS = (0.25, 0.5)
 CHATTER, WITHIN = 20, 0.05  # more than CHATTER events within WITHIN seconds are chatter
-# Least number of steps in a touch that a larger step passed over: some stages then lie in it
+# Least number of steps into which a touch is divided that a larger step has passed over: some
+# stages of these steps lie within the touch.
 STEPS_IN_TOUCH = 4.0
 FIRST = 0.4  # fraction of the time for the first method
 RESOLVED = 5.0  # least multiple of the uncertainty at which an error is quoted

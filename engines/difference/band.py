@@ -56,8 +56,8 @@ class BandMeasurement:
 
     def band(self, first: int, start: Array, left: Array | None = None) -> Band:
         """Returns the band from an interval on, with a difference `start` of the states there, in
-        tangent coordinates. If the other run has another solver, `left` is what that solver leaves
-        of each step, shape (intervals, m)."""
+        tangent coordinates. If the other run has another solver, `left` is the error that this
+        solver leaves in each step, shape (intervals, m)."""
         self.why = self.opened = ""
         rows = list[BandSample]()
         # Engines in single precision have an arithmetic of their own: a step of theirs may round as

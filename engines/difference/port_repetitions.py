@@ -54,9 +54,9 @@ def repeated_motion(
     allowance: Allowance,
     engine_names: Sequence[str] = (),
 ) -> RepeatedMotion:
-    """Returns the repetitions of the motion of a model's own steps under a script, in MuJoCo and in
-    the named ports. Raises NotCertifiable if the model's own run diverges at once, or has too many
-    steps."""
+    """Steps a model with its own integrator and step under a script, and returns that run with its
+    repetitions in MuJoCo and in the named ports. Raises NotCertifiable if the model's own run
+    diverges at once, or has too many steps."""
     began = time.perf_counter()
     start = start_of(script, model)
     recording = recorded_run(model, start, "own")

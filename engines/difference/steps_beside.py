@@ -92,7 +92,7 @@ class OwnSteps:
 
 def other_steps(samples: SampleSteps) -> Callable[[OwnStep], OtherStep]:
     """Returns a function from a step to the other model's step from the same state; `samples` are
-    those of the other model."""
+    those of the other model. The step is `allowed` what its solver may leave."""
 
     def other_step(step: OwnStep) -> OtherStep:
         """Returns the step of the other model."""

@@ -115,8 +115,9 @@ def _paths(traces: Sequence[PlotlyTrace], x: Axis, y: Axis) -> Iterator[SvgPath]
 def _names(
     layout: PlotlyLayout, traces: Sequence[PlotlyTrace], x: Axis, y: Axis
 ) -> Mapping[str, Any]:
-    """Returns the names in a drawing: `point_names`, of points and at ends of curves; `colours`, by
-    the names of curves; and `names`, the legend, with what has no name at its end."""
+    """Returns the names in a drawing: `point_names`, the labels beside points and at ends of
+    curves; `colours` by the names of curves; and `names`, the legend of the curves without such a
+    label."""
     named = _named_traces(layout, traces)
     ends = _curve_ends(named, x, y) if len(named) <= MOST_LABELS else []
     on_curves = _curve_points(traces, x, y) if ends else ()

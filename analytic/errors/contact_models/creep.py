@@ -30,10 +30,10 @@ UNCHANGED = 1e-9  # relative change of all velocities that ends the iterations
 # [m/s] speed below which the ratio of force to speed is that of rest: far below every creep of
 # interest
 NO_SPEED = 1e-15
-# [s] time over which normal forces, springs and servos resist a creep. Rigid ones would lock
-# fingers whose faces are not parallel; in truth their forces change little in this time. Between
-# 10 s and 1000 s, predictions for fingers on hinges, stacks and a robot on legs differ by less than
-# 2 %.
+# [s] A creep is resisted by normal forces, springs and servos like by dampers, whose constant is
+# the stiffness times this time. If they were rigid, fingers whose faces are not parallel would
+# lock; in truth the forces change little in this time. Between 10 s and 1000 s, predictions for
+# fingers on hinges, stacks and a robot on legs differ by less than 2 %.
 CREEP_TIME = 100.0
 SHALLOWEST = 1e-9  # [m] smallest depth of a contact whose stiffness counts
 

@@ -22,7 +22,8 @@ from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, signal
 
 # Ratio of the radius of a rod's end to the rod's length in pymunk: contacts begin at this radius.
 ROD_END_RADIUS = 1e-12
-# calibrated: amplification of rounding by an impact; a fifth of it is used
+# calibrated bound on the factor by which an impact amplifies rounding: the largest that was
+# measured is a fifth of it
 IMPACT_AMPLIFICATION = 1e3
 
 

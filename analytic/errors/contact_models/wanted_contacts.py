@@ -80,8 +80,9 @@ def rebounds(
 
 
 def bouncing_contact(restitution: float, speed: float, step: float, gravity: float) -> Rebound:
-    """Returns the contact whose mean restitution at a `speed` [m/s] is the wanted one, in steps of
-    Euler of `step` [s]. Raises ParameterError if there is none."""
+    """Returns the contact that has the wanted `restitution` at a `speed` [m/s], in steps of Euler
+    of `step` [s], as the mean over the moments of the impact within a step. Raises ParameterError
+    if there is none."""
     if not SMALLEST_RESTITUTION <= restitution <= LARGEST_RESTITUTION:
         allowed = f"from {SMALLEST_RESTITUTION:g} to {LARGEST_RESTITUTION:g}"
         raise ParameterError("restitution", restitution, allowed)

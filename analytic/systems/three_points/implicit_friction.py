@@ -198,8 +198,9 @@ def load_factor(
 
 
 def _pivot_moments(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[float, float]:
-    """Returns the moment about support `pivot` that keeps the body from turning, and the largest
-    moment of friction on the other supports about it [N m s]."""
+    """Returns the moment about support `pivot` that cancels the slip `free`, which the body would
+    have without friction; and the largest moment about the pivot that friction on the other
+    supports can exert [N m s]."""
     arm = problem.arms[pivot]
     p, w = free
     moment = problem.inertia * w - problem.mass * (p * (1j * arm).conjugate()).real

@@ -59,7 +59,7 @@ SHAPE_KINDS = MappingProxyType[int, ShapeKind](
         int(GEOM.mjGEOM_MESH): "hull",
     }
 )
-# Number of sizes of a geom: 3 of other kinds
+# Count of size numbers of a geom, by kind; kinds that are not listed have three.
 SIZES = MappingProxyType({"sphere": 1, "capsule": 2, "cylinder": 2, "plane": 0, "hull": 0})
 FIXED, AFFINE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtBias.mjBIAS_AFFINE)
 # Least dimension of a contact at which two sliding, a torsional and two rolling coefficients act

@@ -85,8 +85,9 @@ class Sides:
         return apart(run.model, high, low) / self.apart
 
     def read(self, along: Array) -> ByName:
-        """The derivatives of the observables at the present state of the middle run, whose state
-        changes `along` a tangent. They include the change of how the outer cases read a state."""
+        """The total derivatives of the observables at the present state of the middle run. The
+        state has the derivative `along`, a tangent; a further part is the change of the
+        observables of one state, as the low and the high run read it."""
         low, middle, high = self.runs
         model = middle.model
         state = state_of(middle.data)

@@ -89,8 +89,8 @@ class Variation:
     def _forces_of_change(
         self, qpos: Array, qvel: Array, acceleration: Array, change: tuple[Array, Array]
     ) -> Any:
-        """The generalised forces that drive the acceleration's derivative, if the coordinates and
-        the rates have the derivatives `change`."""
+        """The right-hand side f of M da = f, the linearised equation of motion: da is the
+        derivative of the acceleration if coordinates and rates have the derivatives `change`."""
         by_qpos, by_qvel = change
         dynamics, _ = self.sides[1]
         data = dynamics.data

@@ -378,7 +378,8 @@ class HingedBody:
             """Returns the function that exerts a joint's force on the point."""
 
             def push(controls: Sequence[float]) -> None:
-                """Sets the force across the arm that has the moment of the joint."""
+                """Sets a force perpendicular to the arm, whose moment about the hinge is that of
+                the joint."""
                 rate = sense * body.angular_velocity
                 force = joint_force(coordinate, rate, controls) / length
                 cosine, sine = body.rotation_vector

@@ -47,7 +47,8 @@ def targets(
         last_place = start
 
         def places(steps: Array, step: float) -> Array:
-            """The places at the ends of steps with these numbers, which follow the last steps."""
+            """The places at the ends of the steps with these numbers, which begin where the
+            previous call ended."""
             nonlocal last_place
             sums = last_place + np.cumsum(step * (velocity(steps * step) @ axes))
             last_place = sums[-1]

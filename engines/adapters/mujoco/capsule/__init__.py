@@ -48,7 +48,8 @@ OPTIONS_OF_CONTACTS = ("cone", "impratio", "noslip_iterations", "tolerance", "no
 ISLANDS = mujoco.mjtDisableBit.mjDSBL_ISLAND
 # Steps of DEFAULT_STEP until default contacts are at rest: 50 of their time constants
 DEFAULT_SETTLING = 1000
-# Steps until convergent contacts are at rest: twenty periods, of which fourteen suffice
+# Steps until convergent contacts, whose periods are proportional to the step, are at rest: twenty
+# periods; fourteen would suffice
 CONVERGENT_SETTLING = 300
 DEFAULT_STEP = 1e-3  # [s] step for default contacts, whose time constant is 0.02 s at any step
 

@@ -461,8 +461,9 @@ def _scaled(model: Any, data: Any, acceleration: Array) -> Array:
 
 
 def _joint_resistance(model: Any, data: Any) -> Array:
-    """Returns what resists slow velocities of joints, shape (nv, nv): damping, and springs and
-    position servos over the time in which they have followed."""
+    """Returns what resists slow velocities of joints, shape (nv, nv): the damping, and the
+    stiffness of springs and position servos times CREEP_TIME, as after a slow motion of this
+    duration."""
     springs = np.zeros(model.nv)
     for joint in np.flatnonzero(np.ravel(model.jnt_stiffness)[: model.njnt]).tolist():
         first = model.jnt_dofadr[joint]
