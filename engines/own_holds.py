@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from plumbob.analytic.systems.coulomb_statics import HeldLoads
 from plumbob.engines.own_motion import SteppedModel
+
+if TYPE_CHECKING:  # its module loads scipy
+    from plumbob.analytic.systems.coulomb_statics import HeldLoads
 
 
 @dataclass(frozen=True)

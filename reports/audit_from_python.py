@@ -408,7 +408,6 @@ def audit_holds(
     keyframe: int | str | None = None,
     qpos: Sequence[float] | None = None,
     creep_within: float = CREEP_WANTED,
-    progress: Callable[[str], None] = lambda what: None,
 ) -> HoldsResult:
     """Audits whether bodies hold at rest: what Coulomb's law says, how fast the engine lets them
     creep, and which options bring the creep to `creep_within` [m/s].
@@ -429,4 +428,4 @@ def audit_holds(
     positive("creep within", creep_within)
     with certifiable_model(model, "one whose bodies rest on contacts"):
         held = user_models().held(model, Start(keyframe, qpos), body)
-        return HoldsResult(**vars(holds_audited(held, creep_within, creep_options, progress)))
+        return HoldsResult(**vars(holds_audited(held, creep_within, creep_options)))

@@ -7,10 +7,8 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from plumbob.analytic.systems.coulomb_statics import MOST_FRICTION, Statics, contact_statics
-from plumbob.analytic.systems.first_motion import can_move
 from plumbob.engines.own_holds import (
     FrictionOptions,
     HeldGroup,
@@ -18,6 +16,9 @@ from plumbob.engines.own_holds import (
     MeasuredCreep,
     RestingPlace,
 )
+
+if TYPE_CHECKING:  # its functions load scipy, which no other audit needs at its begin
+    from plumbob.analytic.systems.coulomb_statics import Statics
 
 Coulomb = Literal["holds", "can hold with a preload", "too close to tell", "cannot hold"]
 VERDICTS: tuple[Coulomb, ...] = (
@@ -89,6 +90,8 @@ class HoldsAudit:
     @property
     def most_friction(self) -> float:
         """The largest multiple of the friction that is tried."""
+        from plumbob.analytic.systems.coulomb_statics import MOST_FRICTION
+
         return MOST_FRICTION
 
     @property
@@ -127,6 +130,9 @@ class HoldsAudit:
 
 def group_verdict(group: HeldGroup) -> GroupVerdict:
     """Returns what Coulomb's law says about a group of bodies."""
+    from plumbob.analytic.systems.coulomb_statics import contact_statics
+    from plumbob.analytic.systems.first_motion import can_move
+
     known = contact_statics(group.loads)
     if known.close:
         return GroupVerdict(group, "too close to tell", known)
@@ -154,13 +160,11 @@ def holds_audited(
     model: HeldModel,
     wanted: float,
     advised: Callable[[FrictionOptions, float | None, float], Sequence[FrictionOptions]],
-    progress: Callable[[str], None] = lambda what: None,
 ) -> HoldsAudit:
     """Returns the audit of the bodies of `model`, with options that bring the creep to `wanted`
     [m/s]. `advised` returns the options to try, from the model's own, the creep [m/s] that is
     predicted for elliptic cones with impratio 1, and `wanted`."""
     begin = time.perf_counter()
-    progress("the balance of forces")
     place, verdicts = model.at_start, _judged(model.at_start)
     at_start = True
     if not _can_hold(verdicts):
@@ -168,7 +172,6 @@ def holds_audited(
         settled = _judged(model.settled)
         if model.settled is not None and (_can_hold(settled) or not verdicts):
             place, verdicts, at_start = model.settled, settled, False
-    progress("the creep")
     audit = HoldsAudit(
         name=model.name,
         integrator=model.integrator,
@@ -184,21 +187,19 @@ def holds_audited(
         seconds=0.0,
     )
     if audit.coulomb != "cannot hold" and not audit.creep.speed <= wanted:
-        audit = replace(audit, tried=_remedies(audit, advised, progress))
+        audit = replace(audit, tried=_remedies(audit, advised))
     return replace(audit, seconds=time.perf_counter() - begin)
 
 
 def _remedies(
     audit: HoldsAudit,
     advised: Callable[[FrictionOptions, float | None, float], Sequence[FrictionOptions]],
-    progress: Callable[[str], None],
 ) -> tuple[CreepRemedy, ...]:
     """Returns the options that were tried, up to the first that stop the creep."""
     model, wanted = audit.model, audit.wanted
     rigid = model.with_options(FrictionOptions("elliptic", 1.0)).predicted_creep()
     tried = list[CreepRemedy]()
     for options in advised(model.options, rigid, wanted):
-        progress(f"{options.cone} cones, impratio {options.impratio:g}")
         changed = model.with_options(options)
         creep = changed.creep((SHORT_CREEP,))
         cost = creep.step_seconds / (audit.creep.step_seconds or math.nan)

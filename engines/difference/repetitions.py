@@ -214,11 +214,10 @@ class Repeater:
         their single steps are compared, too."""
         name, kind = variation.name, variation.kind
         own, band = self.own, self.band
-        own_solver: SolverRun | None = self.own_solver
         if kind == "converged":
             recording = recorded_run(variation.unchanged, self.start, "converged")
             own = OwnSteps(samples_of(variation.unchanged, recording))
-            band, own_solver = self._measurement(own.samples), None
+            band = self._measurement(own.samples)
         try:
             run = recorded_run(variation.model, self.start, name)
         except NotCertifiable as why:
@@ -233,6 +232,7 @@ class Repeater:
         left = np.zeros((own.samples.intervals, solver.left.shape[1]))
         left[: len(solver.left)] = solver.left
         row = compared_with_band(band, name, kind, run.states, left)
+        own_solver = None if kind == "converged" else self.own_solver
         return replace(row, steps=steps, solver=solver, own_solver=own_solver)
 
     @cached_property
