@@ -22,8 +22,12 @@ class StepClock:
         self.start = time
         self.steps_taken = 0
 
+    def next_numbers(self, steps: int) -> Array:
+        """The number of steps taken so far, and after each of the next `steps` steps, shape (steps
+        + 1,)."""
+        return np.arange(self.steps_taken, self.steps_taken + steps + 1, dtype=np.float64)
+
     def next_times(self, steps: int) -> Array:
         """The present time, and the times at the ends of the next `steps` steps [s], shape (steps +
         1,)."""
-        numbers = np.arange(self.steps_taken, self.steps_taken + steps + 1, dtype=np.float64)
-        return self.start + self.step * numbers
+        return self.start + self.step * self.next_numbers(steps)

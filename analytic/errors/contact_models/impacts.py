@@ -85,11 +85,15 @@ class SoftImpact:
 
 
 def soft_impact(restitution: float, step: float) -> SoftImpact:
-    """Returns the contact with a `restitution` for steps of `step` [s].
+    """Returns the contact with a `restitution` for steps of `step` [s]."""
+    return damped_impact(damping_ratio(restitution), step)
+
+
+def damped_impact(zeta: float, step: float) -> SoftImpact:
+    """Returns the contact with a damping ratio `zeta` for steps of `step` [s].
 
     The spring's angular frequency is IMPACT_PHASE_PER_STEP over the step. If the contact is
     overdamped, the spring is softer, so that the damper is stable too."""
-    zeta = damping_ratio(restitution)
     rate = IMPACT_PHASE_PER_STEP / (step * max(zeta, 1.0))
     return SoftImpact(rate**2, 2.0 * zeta * rate)
 

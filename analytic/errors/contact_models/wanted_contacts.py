@@ -18,9 +18,9 @@ from scipy.optimize import brentq
 
 from plumbob.analytic.errors.contact_models.impacts import (
     IMPACT_IMPEDANCE,
-    IMPACT_PHASE_PER_STEP,
     SMALLEST_RESTITUTION,
     SoftImpact,
+    damped_impact,
 )
 from plumbob.analytic.errors.contact_models.soft_friction import depth_under, impedance, rates
 from plumbob.analytic.parameters import ParameterError
@@ -92,21 +92,16 @@ def bouncing_contact(restitution: float, speed: float, step: float, gravity: flo
     if speed > FASTEST_IMPACT:
         raise ParameterError("speed", speed, f"at most {FASTEST_IMPACT:g} m/s")
 
-    def contact(damping_ratio: float) -> SoftImpact:
-        """Returns the contact with a damping ratio, softer if it is overdamped."""
-        rate = IMPACT_PHASE_PER_STEP / (step * max(damping_ratio, 1.0))
-        return SoftImpact(rate**2, 2.0 * damping_ratio * rate)
-
     def excess(damping_ratio: float) -> float:
         """Returns by how much the mean restitution exceeds the wanted one."""
-        outcome, _ = rebounds(contact(damping_ratio), speed, step, gravity)
+        outcome, _ = rebounds(damped_impact(damping_ratio, step), speed, step, gravity)
         return float(outcome.mean()) - restitution
 
     if excess(LARGEST_DAMPING_RATIO) > 0.0 or excess(0.0) < 0.0:
         allowed = "one that impacts at this speed and step can have"
         raise ParameterError("restitution", restitution, allowed)
     damping_ratio = float(brentq(excess, 0.0, LARGEST_DAMPING_RATIO, xtol=1e-6))
-    impact = contact(damping_ratio)
+    impact = damped_impact(damping_ratio, step)
     outcome, depth = rebounds(impact, speed, step, gravity)
     return Rebound(impact, float(outcome.min()), float(outcome.max()), float(depth.max()))
 

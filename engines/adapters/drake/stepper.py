@@ -92,8 +92,7 @@ class DrakeStepper:
         motors = self.built.motors
         if motors.source is not None:
             forces = motors.forces(controls, self._clock.next_times(steps))
-            first = self._clock.steps_taken
-            numbers = np.arange(first, first + steps + 1, dtype=np.float64)
+            numbers = self._clock.next_numbers(steps)
             # The source's outputs change half a step before each step begins: no output changes at
             # a time at which Drake reads it.
             motors.source.UpdateTrajectory(held_forces(forces, self.step * (numbers - 0.5)))

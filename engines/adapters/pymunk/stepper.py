@@ -11,7 +11,7 @@ import pymunk
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.pymunk.links import WORLD, Pose, turned_by
-from plumbob.engines.adapters.pymunk.planar import Planar, assembled, planar_of
+from plumbob.engines.adapters.pymunk.planar import Planar, Push, assembled, planar_of
 from plumbob.engines.adapters.pymunk.simulation import settle, vector
 from plumbob.engines.joint_forces import idle_controls
 from plumbob.engines.mechanism import Mechanism
@@ -63,7 +63,7 @@ class PlanarStepper:
     def advance(self, controls: Array | None, steps: int) -> None:
         """Takes `steps` steps under controls, shape (steps, controls), or with controls that are
         zero. The velocities before the last step and the forces exerted in it are kept for
-        `forces`."""
+        `forces_of_last_step`."""
         if not steps:
             return
         assembly = self._assembly
@@ -74,7 +74,7 @@ class PlanarStepper:
         if self._steps_taken == 0 and self._planar.mechanism.actuators:
             self._prepare_first_step(rows[0] if rows else self._idle)
         if steps > 1:
-            self._take(rows and rows[:-1], steps - 1)
+            self._take(pushes, rows and rows[:-1], steps - 1)
         self._exerted = self._no_forces
         if pushes:
             for push in pushes:
@@ -84,13 +84,12 @@ class PlanarStepper:
         assembly.space.step(self.step)
         self._steps_taken += steps
 
-    def _take(self, rows: Sequence[Sequence[float]] | None, steps: int) -> None:
-        """Takes steps under rows of controls."""
+    def _take(
+        self, pushes: Sequence[Push], rows: Sequence[Sequence[float]] | None, steps: int
+    ) -> None:
+        """Takes steps with these pushes under rows of controls."""
         move = self._assembly.space.step
         step = self.step
-        pushes = self._assembly.controlled_pushes
-        if rows is None:
-            pushes = self._assembly.uncontrolled_pushes
         if not pushes:
             for _ in range(steps):
                 move(step)

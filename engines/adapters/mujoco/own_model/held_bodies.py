@@ -60,7 +60,6 @@ IMPEDANCES = (1e-4, 0.9999)
 MOST_RUN_SECONDS = 5.0  # [s] processor time of a run
 # Largest number of contacts of connected bodies: their linear programmes take about two seconds
 MOST_CONTACTS = 100
-JOINT_DOFS = (6, 3, 1, 1)  # degrees of freedom of a free, ball, slide and hinge joint
 CLOCK_PART = 0.1  # [s] of a run between two looks at the clock
 
 
@@ -464,12 +463,7 @@ def _joint_resistance(model: Any, data: Any) -> Array:
     """Returns what resists slow velocities of joints, shape (nv, nv): the damping, and the
     stiffness of springs and position servos times CREEP_TIME, as after a slow motion of this
     duration."""
-    springs = np.zeros(model.nv)
-    for joint in np.flatnonzero(np.ravel(model.jnt_stiffness)[: model.njnt]).tolist():
-        first = model.jnt_dofadr[joint]
-        springs[first : first + JOINT_DOFS[model.jnt_type[joint]]] = model.jnt_stiffness.flat[
-            joint
-        ]
+    springs = np.ravel(model.jnt_stiffness)[model.dof_jntid]
     moments = actuator_moments(model, data)
     servos = -model.actuator_biasprm[:, 1] * CREEP_TIME - model.actuator_biasprm[:, 2]
     resistance = np.diag(springs * CREEP_TIME + np.ravel(model.dof_damping)[: model.nv])
