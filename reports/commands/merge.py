@@ -37,7 +37,7 @@ def command(chosen: argparse.Namespace) -> int:
     if kind == "audit":
         values.refuse_options(chosen, ("within", "verbose"), "left out for audits")
         return _merge_audits(chosen, folders, out)
-    return _merge_study(chosen, folders, out)
+    return _merge_study(chosen, folders)
 
 
 def _kind_of_shards(folder: Path) -> str:
@@ -56,20 +56,19 @@ def _kind_of_shards(folder: Path) -> str:
     return kinds[0]
 
 
-def _merge_study(chosen: argparse.Namespace, folders: Sequence[Path], out: Path) -> int:
+def _merge_study(chosen: argparse.Namespace, folders: Sequence[Path]) -> int:
     """Merges shards of a study."""
     from plumbob.engines.study.checkpoint import measured_into
     from plumbob.engines.study.merge import merged_study
     from plumbob.engines.workers import Workers
-    from plumbob.reports.commands.shared.study_answer import analyse_into, print_study
+    from plumbob.reports.commands.shared.study_answer import (
+        analyse_into,
+        print_study,
+        study_targets,
+    )
     from plumbob.reports.judge.study_verdicts import Judgements
-    from plumbob.reports.view.own_files import check_replaceable
-    from plumbob.reports.view.site.writing import check_site_replaceable
 
-    junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    check_site_replaceable("out", out)
-    if junit:
-        writable_folder("junitxml", junit.parent)
+    out, junit = study_targets(chosen)
     chosen.like = None
     judged = list[Judgements]()
     jobs = chosen.jobs or os.cpu_count() or 1

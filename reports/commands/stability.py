@@ -131,22 +131,17 @@ def _steps_late(delay: float, step: float, hold: int) -> int:
     return late
 
 
-def _tried_values() -> dict[str, str]:
-    """Returns the values of hold, delay and gain that are tried, as texts."""
-    from plumbob.engines.audit.loop_stability import MOST_GAIN, MOST_HOLD, MOST_LATE
-
-    return {
-        "hold": f"up to {MOST_HOLD} steps",
-        "delay": f"up to {MOST_LATE} control periods",
-        "gain": f"from ×{1.0 / MOST_GAIN:g} to ×{MOST_GAIN:g}",
-    }
-
-
 def _print_loops(chosen: argparse.Namespace) -> int:
     """Prints the stability of a model file under a policy about a fixed point, with each integrator
     that the user names; by default with the file's own. Returns 1 if the first loop is unstable, 3
     if there is no fixed point. Raises ParameterError."""
-    from plumbob.engines.audit.loop_stability import FedBackModel, loop_stability
+    from plumbob.engines.audit.loop_stability import (
+        MOST_GAIN,
+        MOST_HOLD,
+        MOST_LATE,
+        FedBackModel,
+        loop_stability,
+    )
     from plumbob.engines.audit.step_of_method import runs_of
     from plumbob.engines.audit.user_models import quiet
     from plumbob.engines.closed_loop import ClosedLoop
@@ -182,7 +177,11 @@ def _print_loops(chosen: argparse.Namespace) -> int:
         "loops": [loop_record(loop) for loop in loops],
         "versions": package_versions(),
     }
-    words = {"model": chosen.scene, "loops": loops, "tried": _tried_values()}
+    words = {
+        "model": chosen.scene,
+        "loops": loops,
+        "most": {"hold": MOST_HOLD, "delay": MOST_LATE, "gain": MOST_GAIN},
+    }
     values.show(chosen, answer, "stability_loop", **words)
     return 1 if loops[0].unstable else 0
 

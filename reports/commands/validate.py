@@ -6,7 +6,6 @@ import argparse
 import shlex
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plumbob.analytic.parameters import ParameterError
@@ -23,7 +22,7 @@ from plumbob.engines.workers import Workers
 from plumbob.models.registry import matching_scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.console import note, progress, writable_folder
+from plumbob.reports.commands.arguments.console import note, progress
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
@@ -32,9 +31,12 @@ from plumbob.reports.commands.shared.shards import (
     print_shard,
     whole_command,
 )
-from plumbob.reports.commands.shared.study_answer import analyse_into, print_study
+from plumbob.reports.commands.shared.study_answer import (
+    analyse_into,
+    print_study,
+    study_targets,
+)
 from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.view.own_files import check_replaceable
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -66,7 +68,7 @@ def _measure_and_report(
     measured by the `executor` if there is one, else in `jobs` processes. Of a shard, the results
     are stored alone. Returns the exit code."""
     judged = list[Judgements]()  # one element, for the analyses and the terminal
-    out, junit = _targets(chosen)
+    out, junit = study_targets(chosen)
     with Workers(jobs) as workers:
         with (
             measured_into(out / store.FILE, chosen.fresh, note) as checkpoint,
@@ -106,19 +108,6 @@ def _measure_and_report(
         except BaseException as error:
             error.add_note(f"the study is stored: `{shlex.join(report)}` draws its page")
             raise
-
-
-def _targets(chosen: argparse.Namespace) -> tuple[Path, Path | None]:
-    """Returns the folder of the pages and the JUnit file, None if the user asks for none. Raises
-    ParameterError if one of them cannot be written."""
-    from plumbob.reports.view.site.writing import check_site_replaceable
-
-    junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    check_site_replaceable("out", Path(chosen.out))
-    out = writable_folder("out", Path(chosen.out))
-    if junit:
-        writable_folder("junitxml", junit.parent)
-    return out, junit
 
 
 def _needed_runs(chosen: argparse.Namespace) -> Requests:

@@ -16,14 +16,29 @@ from plumbob.reports.advice.json_records import study_records
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.columns.study_columns import StudyColumns
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.console import writable_folder
 from plumbob.reports.judge.searches import judged_searches, unexpected_searches
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.records.page_records import records_of
 from plumbob.reports.view.junit import write_study_junit
 from plumbob.reports.view.method_results import Results, results_of
+from plumbob.reports.view.own_files import check_replaceable
 
 INCOMPLETE = 3
 OTHER_BITS = 1
+
+
+def study_targets(chosen: argparse.Namespace) -> tuple[Path, Path | None]:
+    """Returns the folder of the pages and the JUnit file, None if the user asks for none. Raises
+    ParameterError if one of them cannot be written."""
+    from plumbob.reports.view.site.writing import check_site_replaceable
+
+    junit = check_replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
+    check_site_replaceable("out", Path(chosen.out))
+    out = writable_folder("out", Path(chosen.out))
+    if junit:
+        writable_folder("junitxml", junit.parent)
+    return out, junit
 
 
 def analyse_into(judged: list[Judgements], within: float | None, progress: Progress) -> Analyse:
