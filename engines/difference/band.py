@@ -81,7 +81,8 @@ class BandMeasurement:
             if rows and self._ends(state, rows[-1], interval):
                 return
             before = samples.before(interval, warm)
-            warm = samples.steps.after(before).warm_start
+            if samples.recording.warm_starts is None:
+                warm = samples.steps.after(before).warm_start
             if interval not in self.steps:
                 self.steps[interval] = self._measured(before)
             step = self.steps[interval]

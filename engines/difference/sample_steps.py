@@ -114,6 +114,12 @@ class SampleSteps:
         state = self.recording.states[interval]
         return StepInput(state, np.tile(held, (count, 1)), warm_start)
 
+    def recorded(self, interval: int) -> StepInput:
+        """Returns the sample before an interval with its recorded warm start."""
+        warm_starts = self.recording.warm_starts
+        assert warm_starts is not None
+        return self.before(interval, warm_starts[interval])
+
     def left(self, interval: int, outcome: StepOutcome, ahead: int = 1) -> Array:
         """Returns what an outcome leaves of the sample `ahead` after the one before an interval, in
         tangent coordinates; infinite if the outcome is not finite."""
@@ -127,7 +133,8 @@ class SampleSteps:
 
     def allowed(self, before: StepInput, interval: int) -> Allowed:
         """Returns what the steps of an interval may leave."""
-        return Allowed(self.rounding(before, interval), self.solver(before))
+        outcome, converged = self.steps.after(before), self.steps.converged(before)
+        return Allowed(self.rounding(before, interval), self.solver(before, outcome, converged))
 
     def rounding(self, before: StepInput, interval: int, converged: bool = False) -> Array:
         """Returns what rounding may leave of the steps of an interval, with the model's solver or
@@ -143,14 +150,14 @@ class SampleSteps:
                 kind[:] = kind.max(initial=0.0)
         return np.asarray(largest + self.unit_after(interval))
 
-    def solver(self, before: StepInput) -> Array:
+    def solver(self, before: StepInput, outcome: StepOutcome, converged: StepOutcome) -> Array:
         """Returns what the solver may leave of the steps from a state: by the difference that its
-        iterations make with and without a warm start."""
-        converged = self.steps.converged(before)
+        iterations make with and without a warm start. `outcome` is that of the steps, `converged`
+        that of steps whose solver converges."""
         cold = StepInput(before.state, before.controls, np.zeros_like(before.warm_start))
         differences = [
-            np.abs(self.space.differences(self.steps.after(start).state, converged.state))
-            for start in (before, cold)
+            np.abs(self.space.differences(iterated.state, converged.state))
+            for iterated in (outcome, self.steps.after(cold))
         ]
         solver = np.max(differences, axis=0)
         for part in (slice(0, self.space.velocities), slice(self.space.velocities, None)):

@@ -78,14 +78,13 @@ class OwnSteps:
         """Returns the step in an interval."""
         if interval not in self.known:
             samples = self.samples
-            warm_starts = samples.recording.warm_starts
-            assert warm_starts is not None
-            before = samples.before(interval, warm_starts[interval])
+            before = samples.recorded(interval)
+            outcome = samples.steps.after(before)
+            converged = samples.steps.converged(before)
+            rounding = samples.rounding(before, interval)
+            solver = samples.solver(before, outcome, converged)
             self.known[interval] = OwnStep(
-                before=before,
-                outcome=samples.steps.after(before),
-                converged=samples.steps.converged(before),
-                allowed=samples.allowed(before, interval),
+                before, outcome, converged, Allowed(rounding, solver)
             )
         return self.known[interval]
 
@@ -96,11 +95,9 @@ def other_steps(samples: SampleSteps) -> Callable[[OwnStep], OtherStep]:
 
     def other_step(step: OwnStep) -> OtherStep:
         """Returns the step of the other model."""
-        return OtherStep(
-            outcome=samples.steps.after(step.before),
-            converged=samples.steps.converged(step.before),
-            allowed=samples.solver(step.before),
-        )
+        outcome = samples.steps.after(step.before)
+        converged = samples.steps.converged(step.before)
+        return OtherStep(outcome, converged, samples.solver(step.before, outcome, converged))
 
     return other_step
 
@@ -155,10 +152,8 @@ def solver_run(samples: SampleSteps) -> SolverRun:
     space, states = samples.space, samples.recording.states
     left = np.zeros((samples.intervals, space.size(states[0])))
     iterations = np.zeros(samples.intervals, dtype=int)
-    warm_starts = samples.recording.warm_starts
-    assert warm_starts is not None
     for interval in range(samples.intervals):
-        before = samples.before(interval, warm_starts[interval])
+        before = samples.recorded(interval)
         iterations[interval] = samples.steps.after(before).iterations
         converged = samples.steps.converged(before).state
         rest = space.differences(states[interval + 1], converged)
