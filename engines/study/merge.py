@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import WHOLE, Checkpoint, key_of
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.runner import Analyse, complete_study
-from plumbob.engines.study.shard import MeasuredShard, check_shards, damaged_shard
-from plumbob.engines.study.store_file import reading_connection
+from plumbob.engines.study.shard import check_shards
 from plumbob.engines.workers import Workers
 
-
-@dataclass(frozen=True)
-class _StudyShard:
-    """A stored shard of a study."""
-
-    folder: Path
-    measured: MeasuredShard
-    whole: store.Listed  # tasks of the whole study; keys of tasks of other shards may differ
-    results: dict[str, TaskResult]
+# A shard holds the tasks of the whole study, in which keys of tasks of other shards may differ.
+_StudyShard = store.StoredShard[store.Listed, TaskResult]
 
 
 def merged_study(
@@ -33,28 +25,15 @@ def merged_study(
 ) -> Study:
     """Returns the study whose shards are stored in `folders`, and stores it. Raises ParameterError
     if the shards do not make up one study."""
-    shards = [shard for folder in folders for shard in _shards_in(folder)]
+    shards: list[_StudyShard] = []
+    for folder in folders:
+        shards += store.stored_shards(folder / store.FILE, WHOLE, store.Listed, TaskResult)
     check_shards([(shard.folder, shard.measured) for shard in shards], key_of())
     head = _head_of(shards)
     results = _in_order(shards, [scene.name for scene in head.scenes])
     kept.begin(shards[0].measured.plan, ())
     kept.keep(results)
     return complete_study(head, results, kept, workers, analyse)
-
-
-def _shards_in(folder: Path) -> list[_StudyShard]:
-    """Returns the shards of the newest study in a folder. Raises ParameterError if one is
-    damaged."""
-    shards = []
-    with reading_connection(folder / store.FILE) as opened:
-        number, measured_shards = store.newest_shards(opened)
-        whole = store.stored_results(opened, number, [WHOLE], store.Listed).get(WHOLE)
-        for measured in measured_shards:
-            results = store.stored_results(opened, number, measured.keys, TaskResult)
-            if whole is None or len(results) < len(measured.keys):
-                raise damaged_shard(folder, measured.shard)
-            shards.append(_StudyShard(folder, measured, whole, results))
-    return shards
 
 
 def _head_of(shards: Sequence[_StudyShard]) -> Study:

@@ -13,11 +13,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from sqlite3 import Connection
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled_study, coherent
-from plumbob.engines.study.shard import MeasuredShard
+from plumbob.engines.study.shard import MeasuredShard, damaged_shard
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
@@ -28,6 +28,7 @@ from plumbob.engines.study.store_file import (
 
 __all__ = ["FILE", "SCHEMA", "load"]
 Result = TypeVar("Result")
+Whole = TypeVar("Whole")
 ANALYSIS = "analysis "  # beginning of the keys of analyses
 STUDY, PLAN = "study", "plan"  # keys of the rows with a study's list and plan
 SHARD_KEY = "shard "  # beginning of the keys of measured shards
@@ -131,6 +132,33 @@ def newest_shards(store: Connection) -> tuple[int, list[MeasuredShard]]:
     newest = max((number for number, _ in rows), default=0)
     keys = sorted(key for number, key in rows if number == newest)
     return newest, list(stored_results(store, newest, keys, MeasuredShard).values())
+
+
+@dataclass(frozen=True)
+class StoredShard(Generic[Whole, Result]):
+    """A stored shard of a study or of a sweep."""
+
+    folder: Path
+    measured: MeasuredShard
+    whole: Whole  # what all shards are parts of
+    results: dict[str, Result]  # by key
+
+
+def stored_shards(
+    file: Path, whole_key: str, whole_kind: type[Whole], result_kind: type[Result]
+) -> list[StoredShard[Whole, Result]]:
+    """Returns the shards of the newest study or sweep in a store, which has the whole under
+    `whole_key`. Raises ParameterError if a shard is damaged."""
+    shards = []
+    with reading_connection(file) as store:
+        number, measured_shards = newest_shards(store)
+        whole = stored_results(store, number, [whole_key], whole_kind).get(whole_key)
+        for measured in measured_shards:
+            results = stored_results(store, number, measured.keys, result_kind)
+            if whole is None or len(results) < len(measured.keys):
+                raise damaged_shard(file.parent, measured.shard)
+            shards.append(StoredShard(file.parent, measured, whole, results))
+    return shards
 
 
 def has_shards(file: Path) -> bool:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from sqlite3 import Connection
 
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import key_of, measured_shard
 from plumbob.engines.study.provenance import versions_of
-from plumbob.engines.study.shard import MeasuredShard, Shard, check_shards, damaged_shard
+from plumbob.engines.study.shard import Shard, check_shards
 from plumbob.engines.study.store_file import reading_connection, writing
 from plumbob.engines.sweep.sweep import Chunk, Keep, Sweep, Swept, assembled_sweep
 from plumbob.engines.sweep.worst import Found
@@ -24,16 +23,6 @@ def key_of_sweep(request: Sweep) -> str:
     """The key of a sweep: a hash of everything on which its results depend."""
     versions = [versions_of(method) for method in request.methods]
     return key_of("sweep", request, versions)
-
-
-@dataclass(frozen=True)
-class _SweepShard:
-    """A stored shard of a sweep."""
-
-    folder: Path
-    measured: MeasuredShard
-    request: Sweep  # the whole sweep
-    chunks: Mapping[str, Chunk]
 
 
 @contextmanager
@@ -86,32 +75,19 @@ def keep_sweep_shard(file: Path, request: Sweep, shard: Shard, chunks: Collectio
 def merged_sweep(folders: Sequence[Path], out: Path) -> tuple[Swept, str]:
     """Returns the sweep whose shards are stored in `folders`, and its key; stores it in the folder
     `out`. Raises ParameterError if the shards do not make up one sweep."""
-    shards = [shard for folder in folders for shard in _sweep_shards(folder)]
+    shards: list[store.StoredShard[Sweep, Chunk]] = []
+    for folder in folders:
+        shards += store.stored_shards(folder / FILE, REQUEST, Sweep, Chunk)
     check_shards([(shard.folder, shard.measured) for shard in shards], key_of())
-    request, key = shards[0].request, shards[0].measured.plan
+    request, key = shards[0].whole, shards[0].measured.plan
     chunks = dict[int, Chunk]()
     for shard in shards:
-        chunks |= {int(number): chunk for number, chunk in shard.chunks.items()}
+        chunks |= {int(number): chunk for number, chunk in shard.results.items()}
     with writing(out / FILE) as opened:
         number, _ = store.study_number(opened, key)
         by_key = {str(place): chunks[place] for place in sorted(chunks)}
         store.keep(opened, number, {REQUEST: request, **by_key})
     return assembled_sweep(request, chunks), key
-
-
-def _sweep_shards(folder: Path) -> list[_SweepShard]:
-    """Returns the shards of the newest sweep in a folder. Raises ParameterError if one is
-    damaged."""
-    shards = []
-    with reading_connection(folder / FILE) as opened:
-        number, measured_shards = store.newest_shards(opened)
-        request = store.stored_results(opened, number, (REQUEST,), Sweep).get(REQUEST)
-        for measured in measured_shards:
-            chunks = store.stored_results(opened, number, measured.keys, Chunk)
-            if request is None or len(chunks) < len(measured.keys):
-                raise damaged_shard(folder, measured.shard)
-            shards.append(_SweepShard(folder, measured, request, chunks))
-    return shards
 
 
 def keep_worst(file: Path, worst: Found) -> None:
