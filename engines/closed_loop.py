@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from types import FrameType
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -35,17 +35,25 @@ class _TooSlow(Exception):
 
 
 @dataclass(frozen=True)
-class NamedPolicy:
-    """A policy MODULE:FUNCTION or MODULE:CLASS; the module may lie in a `folder`. Another process
-    can load it, too."""
+class NamedFunction:
+    """A function or a class MODULE:NAME; the module may lie in a `folder`. Another process can load
+    it, too."""
 
     name: str
     folder: str
+    option: ClassVar[str]  # by which a user gives it
+    wanted: ClassVar[str]  # in messages: what it must be
 
-    def load(self) -> Policy:
+    def load(self) -> Callable[..., Any]:
         """Returns the function or the class. Raises ParameterError."""
-        wanted = "MODULE:FUNCTION, a function of time, qpos and qvel"
-        return load_function("policy", self.name, self.folder, wanted)
+        return load_function(self.option, self.name, self.folder, self.wanted)
+
+
+class NamedPolicy(NamedFunction):
+    """A policy MODULE:FUNCTION or MODULE:CLASS."""
+
+    option = "policy"
+    wanted = "MODULE:FUNCTION, a function of time, qpos and qvel"
 
 
 def load_function(option: str, name: str, folder: str, wanted: str) -> Callable[..., Any]:
@@ -71,15 +79,15 @@ def load_policy(name: str) -> NamedPolicy:
     return policy
 
 
-def name_of_policy(policy: Policy | NamedPolicy) -> str:
-    """Returns the name of a policy in messages."""
-    return policy.name if isinstance(policy, NamedPolicy) else policy_name(policy)
+def name_of_function(function: Callable[..., Any] | NamedFunction) -> str:
+    """Returns the name of a policy or a metric in messages."""
+    return function.name if isinstance(function, NamedFunction) else policy_name(function)
 
 
 def new_policy(policy: Policy | NamedPolicy) -> Policy:
     """Returns a policy for a new run: a class is made anew, and an object's `reset()` is called.
     Raises ParameterError."""
-    name = name_of_policy(policy)
+    name = name_of_function(policy)
     loaded: Any = policy.load() if isinstance(policy, NamedPolicy) else policy
     with must_be("a function, or a class without arguments", "policy", name), on_stderr():
         if isinstance(loaded, type):
@@ -97,7 +105,7 @@ class PolicyAnswers:
 
     def __init__(self, policy: Policy | NamedPolicy, wanted: str) -> None:
         """Raises ParameterError. `wanted` says in messages what the policy must be."""
-        self.name, self.wanted = name_of_policy(policy), wanted
+        self.name, self.wanted = name_of_function(policy), wanted
         self._policy = new_policy(policy)
         self._left = LONGEST_ANSWERS
         self._asked_at: float | None = None  # [s] when the present answer was asked for
@@ -169,7 +177,7 @@ class ClosedLoop:
     @property
     def name(self) -> str:
         """The name of the policy in messages."""
-        return name_of_policy(self.policy)
+        return name_of_function(self.policy)
 
     @property
     def wanted(self) -> str:

@@ -26,7 +26,7 @@ from plumbob.engines.audit.environments import (
     rollout,
     start_and_period,
 )
-from plumbob.engines.audit.episodes import EpisodePlan, Episodes, ModelEpisodes, name_of_metric
+from plumbob.engines.audit.episodes import EpisodePlan, Episodes, ModelEpisodes
 from plumbob.engines.audit.holds import CREEP_WANTED, holds_audited
 from plumbob.engines.audit.user_models import certifiable_model, quiet, user_models
 from plumbob.engines.closed_loop import (
@@ -34,6 +34,7 @@ from plumbob.engines.closed_loop import (
     ClosedLoop,
     NamedPolicy,
     PolicyAnswers,
+    name_of_function,
 )
 from plumbob.engines.difference.port_repetitions import ports, repeated_motion
 from plumbob.engines.own_motion import (
@@ -204,7 +205,7 @@ def _check_episodes(plan: EpisodePlan | None, in_the_loop: bool, environment: An
     if environment is None and plan.metric is None:
         raise ParameterError("episodes", plan.count, "given with a metric")
     if environment is not None and plan.metric is not None:
-        name = name_of_metric(plan.metric)
+        name = name_of_function(plan.metric)
         raise ParameterError("metric", name, "left out with an environment, which has rewards")
     if environment is not None and not in_the_loop:
         wanted = "given with a policy in the loop, with an environment"

@@ -17,7 +17,7 @@ from plumbob.engines.closed_loop import (
     OF_OBSERVATION,
     NamedPolicy,
     PolicyAnswers,
-    name_of_policy,
+    name_of_function,
 )
 from plumbob.engines.own_motion import MovesData, NotControlled, OwnModel, Policy, Script
 from plumbob.engines.stepper import Diverged
@@ -60,7 +60,7 @@ def motion_return(
         own = rolled_out(PolicyAnswers(policy, OF_OBSERVATION), count)
     except NotControlled as why:
         wanted = f"{OF_OBSERVATION}; {why}"
-        raise ParameterError("policy", name_of_policy(policy), wanted) from None
+        raise ParameterError("policy", name_of_function(policy), wanted) from None
     length = len(own.rewards)
     actions = iter(own.actions)
     anew = rolled_out(lambda seen: next(actions), length, _along(model, own.states))
@@ -111,7 +111,7 @@ class EnvironmentEpisodes:
     @property
     def names(self) -> tuple[str, ...]:
         """The specification of the environment, the first seed, and the name of the policy."""
-        return str(self.environment), str(self.first_seed), name_of_policy(self.policy)
+        return str(self.environment), str(self.first_seed), name_of_function(self.policy)
 
     @property
     def shareable(self) -> bool:

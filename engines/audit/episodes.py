@@ -19,8 +19,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.mean_returns import HALVED, EpisodeReturns, Setting, returns_of
 from plumbob.engines.audit.user_models import quietly
-from plumbob.engines.closed_loop import NamedPolicy, load_function, name_of_policy
-from plumbob.engines.own_motion import OwnModel, Script, Stepped, policy_name
+from plumbob.engines.closed_loop import NamedFunction, NamedPolicy, name_of_function
+from plumbob.engines.own_motion import OwnModel, Script, Stepped
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import key_of
 from plumbob.engines.study.store_file import writing
@@ -40,23 +40,11 @@ Metric = Callable[..., Any]
 episode -> its return, a number."""
 
 
-@dataclass(frozen=True)
-class NamedMetric:
-    """A metric MODULE:FUNCTION; the module may lie in a `folder`. Another process can load it,
-    too."""
+class NamedMetric(NamedFunction):
+    """A metric MODULE:FUNCTION."""
 
-    name: str
-    folder: str
-
-    def load(self) -> Metric:
-        """Returns the function. Raises ParameterError."""
-        wanted = "MODULE:FUNCTION, a function of times, qpos, qvel and controls"
-        return load_function("metric", self.name, self.folder, wanted)
-
-
-def name_of_metric(metric: Metric | NamedMetric) -> str:
-    """Returns the name of a metric in messages."""
-    return metric.name if isinstance(metric, NamedMetric) else policy_name(metric)
+    option = "metric"
+    wanted = "MODULE:FUNCTION, a function of times, qpos, qvel and controls"
 
 
 @dataclass(frozen=True)
@@ -121,8 +109,8 @@ class ModelEpisodes:
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the policy and of the metric, and the spread of starts."""
-        policy = "" if self._asked is None else name_of_policy(self._asked)
-        return policy, name_of_metric(self.metric), f"{self.spread:g}"
+        policy = "" if self._asked is None else name_of_function(self._asked)
+        return policy, name_of_function(self.metric), f"{self.spread:g}"
 
     @property
     def shareable(self) -> bool:
@@ -160,11 +148,11 @@ class ModelEpisodes:
             states[:, velocities].copy(),
             run.controls.copy(),
         )
-        with must_be(wanted, "metric", name_of_metric(self.metric)), on_stderr():
+        with must_be(wanted, "metric", name_of_function(self.metric)), on_stderr():
             value = float(self._loaded(*arguments))
         if not math.isfinite(value):
             raise ParameterError(
-                "metric", name_of_metric(self.metric), f"{wanted}, not {value}"
+                "metric", name_of_function(self.metric), f"{wanted}, not {value}"
             )
         return value
 
