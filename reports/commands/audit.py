@@ -48,6 +48,11 @@ from plumbob.reports.audit_from_python import (
 from plumbob.reports.columns.audit_columns import audit_columns
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.shared import several_audits
+from plumbob.reports.commands.shared.audit_shards import (
+    audit_shard_file,
+    shard_of_files,
+    write_audit_shard,
+)
 from plumbob.reports.commands.shared.model_file import chosen_control, control_name
 from plumbob.reports.commands.shared.several_audits import (
     Row,
@@ -55,13 +60,7 @@ from plumbob.reports.commands.shared.several_audits import (
     page_names,
     refused_row,
 )
-from plumbob.reports.commands.shared.shards import (
-    audit_shard_file,
-    check_shard_options,
-    print_shard,
-    shard_of_files,
-    write_audit_shard,
-)
+from plumbob.reports.commands.shared.shards import check_shard_options, print_shard
 from plumbob.reports.records.plain_data import json_text
 from plumbob.reports.view.audit.html import audit_html
 from plumbob.reports.view.audit.page import (

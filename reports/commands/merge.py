@@ -14,7 +14,7 @@ from plumbob.engines.study.shard import SHARD_FOLDERS
 from plumbob.engines.sweep import store as sweep_store
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.console import note, progress, writable_folder
-from plumbob.reports.commands.shared import shards
+from plumbob.reports.commands.shared import audit_shards
 
 INCOMPLETE = 3
 
@@ -46,7 +46,7 @@ def _kind_of_shards(folder: Path) -> str:
     holds = {
         "validate": study_store.has_shards(folder / study_store.FILE),
         "sweep": study_store.has_shards(folder / sweep_store.FILE),
-        "audit": any(shards.audit_shards(folder)),
+        "audit": any(audit_shards.audit_shards(folder)),
     }
     kinds = [kind for kind, there in holds.items() if there]
     if len(kinds) != 1:
@@ -96,7 +96,7 @@ def _merge_audits(chosen: argparse.Namespace, folders: Sequence[Path], out: Path
     from plumbob.reports.commands.shared import several_audits
 
     began = time.time()
-    rows = several_audits.sorted_rows(shards.merged_audits(folders, out))
+    rows = several_audits.sorted_rows(audit_shards.merged_audits(folders, out))
     chosen.alone, chosen.github, chosen.badge = False, False, None
     several_audits.write_table(rows, chosen, began)
     several_audits.print_rows(rows, chosen)

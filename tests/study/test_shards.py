@@ -29,13 +29,13 @@ from plumbob.engines.sweep.store import stored_sweeps
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import matching_scenes
 from plumbob.reports.cli import main
-from plumbob.reports.commands.shared.several_audits import Row
-from plumbob.reports.commands.shared.shards import (
+from plumbob.reports.commands.shared.audit_shards import (
     audit_shard_file,
     merged_audits,
     shard_of_files,
     write_audit_shard,
 )
+from plumbob.reports.commands.shared.several_audits import Row
 from plumbob.reports.records.plain_data import json_text
 
 SCENES = "incline/rest,projectile/thrown"
@@ -281,14 +281,6 @@ KILLED = """
 import os, signal, sys
 from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.reports.cli import main
-from plumbob.reports.commands.shared.several_audits import Row
-from plumbob.reports.commands.shared.shards import (
-    audit_shard_file,
-    merged_audits,
-    shard_of_files,
-    write_audit_shard,
-)
-from plumbob.reports.records.plain_data import json_text
 keep = Checkpoint.keep
 def ended(self, results):
     keep(self, results)
