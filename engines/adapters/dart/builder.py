@@ -8,7 +8,7 @@ the body, and each joint before it moves a node with next to no mass.
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, product
@@ -259,13 +259,13 @@ class Layers:
     body_nodes: Sequence[Any]  # node of each body; None for the world
     carriers: dict[Layer, Any] = field(default_factory=dict)
     names: defaultdict[Layer, list[str]] = field(default_factory=lambda: defaultdict(list))
+    copies: Counter[int] = field(default_factory=Counter)  # copies so far, by number of a shape
 
     def add(self, number: int, shape: Shape, surface: Surface) -> ShapeKey:
         """Adds a copy of the shape with this `number` to the next layer of its body that has no
         copy of it."""
-        copy = 0
-        while f"{number} {copy}" in self.names[shape.body, copy]:
-            copy += 1
+        copy = self.copies[number]
+        self.copies[number] += 1
         layer = (shape.body, copy)
         name = f"{number} {copy}"
         if layer not in self.carriers:

@@ -95,14 +95,14 @@ METHODS = (
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Returns the simulation of `case` by `method` at `step` [s]; raises Unsupported and
     ParameterError."""
-    from plumbob.engines.adapters.pybullet.client import new_client
+    from plumbob.engines.adapters.pybullet.client import error_of_pybullet
     from plumbob.engines.adapters.pybullet.stepper import BulletStepper
 
     def build(mechanism: Mechanism, start: State) -> Stepper:
         """The stepper of a mechanism with the method's settings."""
         return BulletStepper(mechanism, method.settings, step)
 
-    broken = (OverflowError, ValueError, new_client().error)
+    broken = (OverflowError, ValueError, error_of_pybullet())
     return simulated(case, step, build, broken)
 
 

@@ -11,6 +11,13 @@ CONTACT_DISTANCE = 0.02
 BASE = -1  # number of a multibody's base among its links
 
 
+def error_of_pybullet() -> Any:
+    """The exception that PyBullet raises, a class."""
+    with captured():  # PyBullet's C code prints lines
+        import pybullet
+    return pybullet.error
+
+
 def new_client() -> Any:
     """A client with a separate simulation, which ends with the last reference to the client."""
     with captured():  # PyBullet's C code prints lines
